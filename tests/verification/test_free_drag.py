@@ -226,7 +226,7 @@ def test_from_the_inside_to_the_same_minimum(slipping):
 def test_free_drag_is_refused_where_it_is_not_seen(kinds, noise):
     array = ss.SensorArray.grid((5, 5), PITCH, D, channels=list(kinds), noise=np.tile(noise, 25))
     finger = ss.Finger(SKIN, array)
-    with pytest.raises(ss.errors.InvalidValueError, match="see 0.0.*at least 0.25 .*not three.*three channels"):
+    with pytest.raises(ss.errors.InvalidValueError, match=r"see 0\.0.*at least 0\.25 .*not three.*three channels"):
         ss.estimate.ImageMapper(finger, shear="free")
     assert ss.estimate.ImageMapper(finger, shear="none").shear_seen < 0.2
 
