@@ -91,8 +91,8 @@ class PressureImage(SurfaceMap):
             for i, axis in enumerate("yz"):
                 out[f"{name}_{axis}"] = getattr(self, name)[..., i]
                 out[f"{error}_{axis}"] = getattr(self, error)[..., i]
-        names = ("normal_force", "normal_std", "angle", "angle_std", "azimuth", "azimuth_std")
-        names = (*names, "moment", "moment_std", "residual")
+        names = ["normal_force", "normal_std", "angle", "angle_std", "azimuth", "azimuth_std"]
+        names += ["moment", "moment_std", "residual"]
         return {name: getattr(self, name) for name in names} | out | super()._columns()
 
     @property
