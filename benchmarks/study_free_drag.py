@@ -38,7 +38,7 @@ Field = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def array(kind: str, side: int) -> ss.SensorArray:
-    """Channels of several kinds at each place."""
+    """Channels of several kinds at each position."""
     magnets = [MagnetDisplacement(axis, moment=7.9e-3, gap=3e-3) for axis in "xyz"]
     moves = [Displacement(axis) for axis in "xyz"]
     pressure, shears = ss.MeanPressure(), [ss.ShearStrain("xy"), ss.ShearStrain("xz")]

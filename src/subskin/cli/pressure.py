@@ -50,7 +50,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--shear",
         choices=("none", "proportional", "free"),
         help="in proportion to the pressure; none; or free, in a row of sensors of two kinds or depths, on an area of "
-        "three channels a place (proportional; none where the finger has friction = 0)",
+        "three channels a position (proportional; none where the finger has friction = 0)",
     )
     parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
     parser.add_argument("--movie", metavar="FILE", help="of sensors on an area, the images of up to 500 frames; .gif")

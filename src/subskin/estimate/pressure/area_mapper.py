@@ -94,7 +94,7 @@ class ImageMapper(SurfaceMapper):
         sensors' distances are multiples of it.
     shear : {"proportional", "none", "free"}, optional
         Drag q = p tan(angle) in one unknown direction; none; or at every node its own, (q_y, q_z) with |q| <= friction
-        * p, which asks for sensors of three kinds or directions at each place.
+        * p, which asks for sensors of three kinds or directions at each position.
     friction : float, optional
         Bound of |q| / p [-]; of no account without shear.
     rule, least_force, false_alarm
@@ -155,7 +155,7 @@ class ImageMapper(SurfaceMapper):
             least_force=least_force, false_alarm=false_alarm,
         )  # fmt: skip
         if shear == "free":
-            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "(y, z), not three", "three channels a place")
+            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "(y, z), not three", "three channels a position")
         self.allow_for(finger, self.friction)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureImage:
