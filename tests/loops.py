@@ -85,6 +85,13 @@ def image() -> None:
     ss.pressure_map(tip, tip.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3)))
 
 
+def image_of_a_free_drag() -> None:
+    moves = [ss.transducer.Displacement(axis) for axis in "xyz"]
+    array = ss.SensorArray.grid(shape=(4, 4), pitch=1.5e-3, depth=2e-3, channels=moves, noise=1e-7)
+    tip = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    ss.pressure_map(tip, tip.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3)), shear="free")
+
+
 def pressing() -> None:
     ss.press(ss.HalfPlane(ss.Material(young=0.4e6)), ss.pressing.Cylinder(radius=10e-3), force=20.0)
 
@@ -104,7 +111,7 @@ def streams() -> None:
 
 
 JOBS = (  # longest first
-    *(image, a_kind_of_each, round_on_area, in_place, pressing_on_area),
+    *(image, image_of_a_free_drag, a_kind_of_each, round_on_area, in_place, pressing_on_area),
     *(area, line, placement, pressure, placement_on_area, pressing, streams),
 )
 

@@ -274,6 +274,15 @@ def pressure_area() -> Figure:
     return pressure_image_figure(made["image"], truth=made["touch"])
 
 
+def pressure_free() -> Figure:
+    """What the block on a free drag of docs/pressure.md finds, beside what pressed."""
+    text = (HERE.parent / "pressure.md").read_text(encoding="utf-8")
+    program = text.split("**A free drag.**")[1].split("```python\n")[1].split("```")[0]
+    made: dict[str, Any] = {"ss": ss, "np": np}
+    exec(program, made)
+    return pressure_image_figure(made["image"], truth=made["twist"])
+
+
 def response() -> Figure:
     """The memo's Fig. 15, as `subskin figures` draws it."""
     return memo_figure(15)
@@ -348,6 +357,7 @@ def main() -> None:
             (drift, "png"),
             (pressure, "png"),
             (pressure_area, "png"),
+            (pressure_free, "png"),
             (widths, "png"),
             (kinds, "png"),
             (tolerances, "svg"),

@@ -183,3 +183,25 @@ def test_a_free_drag_on_an_area_is_refused(pad, folder, subskin):
     done = subskin("pressure", "pad.toml", "pad.csv", "--shear", "free", "-o", "map.csv")
     assert (done.code, (folder / "map.csv").exists()) == (2, False)
     assert 'shear="proportional"' in done.err
+
+
+def test_a_free_drag_on_an_area_is_written_with_its_moment(folder, subskin):
+    moves = ", ".join(f'{{name = "displacement", axis = "{axis}"}}' for axis in "xyz")
+    three = PAD.replace('kind = "mean_pressure"', f"channels = [{moves}]")
+    (folder / "three.toml").write_text(three.replace("noise = 20", "noise = 5e-8"))
+    finger = ss.load(folder / "three.toml").finger
+    touch = ss.RoundHertz(components=(2.0, 0.6, 0.0), position=(0.4e-3, 0.3e-3), half_width=1.5e-3)
+    frame = finger.read(touch, np.random.default_rng(0))
+    with (folder / "three.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([[f"s{i}" for i in range(75)], frame])
+    done = subskin("pressure", "three.toml", "three.csv", "--shear", "free", "-o", "map.csv", "--totals", "forces.csv")
+    assert done.code == 0, done.err
+    found = ss.pressure_map(finger, frame, shear="free")
+    mapped, totals = table(folder / "map.csv"), table(folder / "forces.csv")
+    drag, std = found.shear.reshape(-1, 2), found.shear_std.reshape(-1, 2)
+    along, across, doubt = (np.array(mapped[name], float) for name in ("shear_y", "shear_z", "shear_std"))
+    np.testing.assert_allclose((along, across), (-drag[:, 1], drag[:, 0]), atol=1e-6 * drag.max(), equal_nan=False)
+    np.testing.assert_allclose(doubt, np.sqrt((std**2).mean(axis=1)), rtol=1e-6, equal_nan=False)
+    assert float(totals["moment"][0]) == pytest.approx(float(found.moment), rel=1e-6)
+    assert float(totals["moment_std"][0]) == pytest.approx(float(found.moment_std), rel=1e-6)
+    assert float(totals["tangential_z"][0]) == pytest.approx(0.6, abs=0.05)

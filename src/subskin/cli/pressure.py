@@ -49,8 +49,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--shear",
         choices=("none", "proportional", "free"),
-        help="in proportion to the pressure; none; or free, in a row of sensors of two kinds or depths "
-        "(proportional; none where the finger has friction = 0)",
+        help="in proportion to the pressure; none; or free, in a row of sensors of two kinds or depths, on an area of "
+        "three channels a position (proportional; none where the finger has friction = 0)",
     )
     parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
     parser.add_argument("--movie", metavar="FILE", help="of sensors on an area, the images of up to 500 frames; .gif")
@@ -208,6 +208,8 @@ def _totals_on_area(answers: Answers) -> dict[str, Any]:
         "angle_std": found.angle_std,
         "azimuth": np.arctan2(force[..., 1], force[..., 0]),
         "azimuth_std": found.azimuth_std,
+        "moment": found.moment,
+        "moment_std": found.moment_std,
         "centre_y": centre[..., 0],
         "centre_z": centre[..., 1],
         "centre_std": np.hypot(*np.moveaxis(found.centre_std, -1, 0)) / np.sqrt(2),
@@ -236,6 +238,7 @@ def _map(answers: Answers) -> dict[str, Any]:
             "pressure_high": band[..., 1].reshape(-1),
             "shear_y": drags[..., 0].reshape(-1),
             "shear_z": drags[..., 1].reshape(-1),
+            "shear_std": np.sqrt((found.shear_std**2).mean(axis=-1)).reshape(-1),
             "resolution": found.resolution.reshape(-1),
         }
     count = len(found.y)

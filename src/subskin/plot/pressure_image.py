@@ -36,8 +36,8 @@ def pressure_image_figure(
 ) -> Figure:
     """The image of one frame with its drag, and beside it the half of its 95 % band, or the truth.
 
-    Dots are the sensors that were used, rings those that were not. The bar is as long as a narrow pressure at the
-    centre looks wide.
+    Arrows are the drag; where it is free, of the truth too. Dots are the sensors that were used, rings those that were
+    not. The bar is as long as a narrow pressure at the centre looks wide.
 
     Parameters
     ----------
@@ -98,7 +98,9 @@ def pressure_image_figure(
         axes.set_xlabel("position $y$ [mm]")
     left.set_ylabel("position $z$ [mm]")
     _sensors(left, found, at)
-    _drag(left, found, at)
+    _drag(left, found, at, found.shear)
+    if truth is not None and found.mapper.shear == "free":
+        _drag(right, found, at, truth.shear(y, z))
     cell = np.unravel_index(
         np.hypot(y - found.centre[0], z - found.centre[1]).argmin(), y.shape
     )  # where the centre of pressure is
@@ -155,17 +157,16 @@ def _sensors(axes: Axes, found: PressureImage, at: _Axes) -> None:
         )  # fmt: skip
 
 
-def _drag(axes: Axes, found: PressureImage, at: _Axes) -> None:
-    drag = found.shear
+def _drag(axes: Axes, found: PressureImage, at: _Axes, drag: _Floats) -> None:
     size = np.hypot(drag[..., 0], drag[..., 1])
-    every = max(1, len(found.y) // 16)
+    every, largest = max(1, len(found.y) // 16), float(np.hypot(*np.moveaxis(found.shear, -1, 0)).max())
     shown = np.zeros_like(size, dtype=bool)
-    shown[::every, ::every] = size[::every, ::every] > _FAINT * size.max()
-    if size.max() > 0 and shown.any():
+    shown[::every, ::every] = size[::every, ::every] > _FAINT * largest
+    if largest > 0 and shown.any():
         y, z = np.meshgrid(found.y, found.z, indexing="ij")
         axes.quiver(
             *at.of(y[shown], z[shown]), *at.turned(drag[shown]), color="white", width=0.005, pivot="mid",
-            angles="xy", scale_units="xy", scale=size.max() / (1.5 * every * MM * (found.y[1] - found.y[0])),
+            angles="xy", scale_units="xy", scale=largest / (1.5 * every * MM * (found.y[1] - found.y[0])),
         )  # fmt: skip
 
 

@@ -30,7 +30,7 @@ _BRIGHT = 0.05
 
 
 @compiled()
-def _weight(basis, squares, b, kind, seen):
+def weight_of(basis, squares, b, kind, seen):
     """The rule's weight; U^T b goes into `seen`."""
     n = b.size
     power = np.empty(n)
@@ -139,6 +139,7 @@ def _totals(row, level, work, count, t, turned, crossed, reach, y, z):
     row[column.CENTRE_STD], row[column.CENTRE_Z_STD] = std[3], std[4]
     row[column.ANGLE], row[column.ANGLE_STD] = math.atan(tangent), std[5] / (1.0 + tangent * tangent)
     row[column.AZIMUTH_STD] = std[6] / tangent if tangent > 0.0 else math.inf
+    row[column.MOMENT] = row[column.MOMENT_STD] = 0.0  # of a drag in one direction, about the centre of pressure
     # what lies at the edge may lie beyond it; and the angle may be any
     sure = edge <= _EDGE * normal and max(row[column.ANGLE_STD], std[6]) < 1.0
     row[column.STATUS] = _OK if sure else _AMBIGUOUS
@@ -187,7 +188,7 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
         on_area.forget(rough)
         on_area.forget(work)
         t[:] = 0.0
-        lean, w = 0, _weight(basis[0], squares[0], b, kind, seen)
+        lean, w = 0, weight_of(basis[0], squares[0], b, kind, seen)
         _guess(basis[0], squares[0], spread, seen, w, on_coarse)
         together(coarse, t, most, w, b, on_coarse, _NEAR, _ROUGHLY, rough, scratch)
         if on_area.crowded(rough):
@@ -198,7 +199,7 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
                     t[0] - drags[lean, 0], t[1] - drags[lean, 1]
                 ):
                     lean = k
-            w = _weight(basis[lean], squares[lean], b, kind, seen)
+            w = weight_of(basis[lean], squares[lean], b, kind, seen)
         top = squares[lean, n - 1]
         lowest, highest = math.exp(LOWEST) * top, math.exp(HIGHEST) * top
         _finer(rough[1], coarse[5], work[2], fine[5], on)

@@ -256,7 +256,7 @@ def _least(level, t, w, b, on, downhill, work):
     cost, x = level[6], work[1]
     on_area.lean(level, t, work)
     for j in range(x.size):
-        downhill[j] = on_area.seen(level, work, b, j) - cost[j]
+        downhill[j] = on_area.seen(level, work[0], b, j) - cost[j]
     count = minimise(level, t, w, b, downhill, on, work)
     value = 0.0
     for k in range(count):

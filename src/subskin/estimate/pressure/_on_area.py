@@ -84,7 +84,7 @@ def by_four(one, two, three, four, p, q, r, s, count):
 
 
 @compiled(borrows=True)
-def _products(columns, products, first, last):
+def multiply(columns, products, first, last):
     """Products of the columns from `first` to `last` with each other and with all before, by four and four of them."""
     n = columns.shape[1]
     for i in range(first, last, 4):
@@ -153,7 +153,7 @@ def hessian(level, t, w, work, count):
         return False
     if not gather(level, t, work, count, True):
         return False
-    _products(columns, products, order[order.size - 1], order[order.size - 2])
+    multiply(columns, products, order[order.size - 1], order[order.size - 2])
     order[order.size - 1] = order[order.size - 2]
     for i in range(count):
         slot[i] = order[index[i]]
@@ -193,9 +193,9 @@ def steepest(level, slope, j):
 
 
 @compiled(borrows=True)
-def seen(level, work, r, j):
-    """The column of the element j at the drag times r (n,)."""
-    start, gain, line, nz = level[1], level[2], work[0], level[5][1]
+def seen(level, line, r, j):
+    """The column of the element j, from a line of the tables, times r (n,)."""
+    start, gain, nz = level[1], level[2], level[5][1]
     at, s = j // nz * level[3] + j % nz, 0.0
     for i in range(r.size):
         s += gain[i] * r[i] * line[start[i] + at]
@@ -203,10 +203,12 @@ def seen(level, work, r, j):
 
 
 @compiled(borrows=True)
-def roughly(level, work, r, out):
-    """Add to `out` (N,) every column at the drag times r (n,), in single precision; how far that may be off."""
+def roughly(level, line, pull, field, r, out):
+    """Add to `out` (N,) every column, from a line in single precision, times r (n,); how far that may be off.
+
+    pull, field: scratch, as in the work of an area.
+    """
     start, gain, length, sizes, largest = level[1], level[2], level[3], level[5], level[8]
-    line, pull, field = work[13], work[14], work[15]
     size = 0.0
     for i in range(r.size):
         size += r[i] * r[i]
@@ -267,7 +269,7 @@ def slopes(level, w, work):
                     spread[j + dy * nz + dz] += w * stencil[abs(dy), abs(dz)] * one
     for j in range(x.size):
         slope[j] = spread[j]
-    doubt = roughly(level, work, r, slope)
+    doubt = roughly(level, work[13], work[14], work[15], r, slope)
     for j in range(x.size):
         if x[j] != 0.0:
             column, s = columns[order[j]], spread[j]
@@ -275,4 +277,4 @@ def slopes(level, w, work):
                 s += column[i] * r[i]
             slope[j] = s
         elif abs(slope[j]) <= doubt:
-            slope[j] = spread[j] + seen(level, work, r, j)
+            slope[j] = spread[j] + seen(level, work[0], r, j)

@@ -23,7 +23,6 @@ COARSE = 3
 _FINEST = 12
 _MOST_NODES = 4096
 _POINTS = 4
-_RANGE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +93,7 @@ class Factors(Frozen):
     basis, squares : ndarray, shapes (n, n) and (n,)
         U^T and S^2.
     shapes, spread : ndarray, shapes (m, n) and (m,)
-        V and the diagonal of C; twice as many rows, those of the shear last, where it is free.
+        V and the diagonal of C; where the shear is free, its rows below.
     columns : ndarray, shape (m, n)
         A, row by row.
     prior : Bridge or Membrane
@@ -111,7 +110,7 @@ class Factors(Frozen):
 
     @classmethod
     def of(cls, parts: list[FloatArray], prior: Prior) -> Factors:
-        """Of independent tractions, one or two, each with columns of shape (m, n)."""
+        """Of independent tractions, one to three, each with columns of shape (m, n)."""
         spread = [prior.applied(part) for part in parts]
         gram = sum(part.T @ wide for part, wide in zip(parts, spread, strict=True))
         squares, vectors = np.linalg.eigh(gram)
@@ -147,23 +146,27 @@ class Factors(Frozen):
         return self._widths[k]
 
 
-def shear_seen(pressure: FloatArray, shear: FloatArray, prior: Prior) -> float:
-    """Share of the shear's components that the sensors still see where the pressure is unknown too.
+def shear_seen(pressure: FloatArray, *drags: FloatArray, prior: Prior, above: float) -> float:
+    """Share of a drag's components that the sensors still see where the pressure, and any other drag, are unknown too.
 
-    Degrees of freedom at a thousandth of the largest singular value, which is what a contact with readings a thousand
-    times the noise shows: (those of both - those of the pressure) / those of the shear.
+    Degrees of freedom that a contact shows with readings so many times `above` the noise, down to this part of the
+    largest singular value: (those of all - those of all but this drag) / those of this drag; of two drags the less.
 
-    Sensors of one kind in one depth read one function of y. At each wavelength that is one equation for two unknowns,
-    and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to 0.5.
+    Sensors of one kind in one depth read one function of the position. At each wavelength that is one equation for two
+    unknowns, and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to
+    0.5. On an area three are needed.
     """
-    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, shear)) or 1.0  # only ratios count
-    one, two = (part.T @ prior.applied(part) for part in (pressure / largest, shear / largest))
-    if not np.trace(two) > 0:
+    tractions = (pressure, *drags)
+    largest = max(float(np.abs(field).max(initial=0.0)) for field in tractions) or 1.0  # only ratios count
+    grams = [part.T @ prior.applied(part) for part in (field / largest for field in tractions)]
+    if not all(np.trace(gram) > 0 for gram in grams[1:]):
         return 0.0
-    level = _RANGE**2 * float(np.linalg.eigvalsh(one + two).max())
+    level = above**-2 * float(np.linalg.eigvalsh(np.sum(grams, axis=0)).max())
 
-    def freedom(gram: FloatArray) -> float:
-        squares = np.maximum(np.linalg.eigvalsh(gram), 0.0)
+    def freedom(some: list[FloatArray]) -> float:
+        squares = np.maximum(np.linalg.eigvalsh(np.sum(some, axis=0)), 0.0)
         return float((squares / (squares + level)).sum())
 
-    return (freedom(one + two) - freedom(one)) / freedom(two)
+    whole = freedom(grams)
+    each = ((whole - freedom(grams[:i] + grams[i + 1 :])) / freedom([grams[i]]) for i in range(1, len(grams)))
+    return min(each)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple, overload
 
 import numpy as np
@@ -13,12 +14,14 @@ from ...errors import InvalidValueError
 from ...finger import Finger
 from ..frames import sensor_rows
 from . import columns as column
-from ._operator import Factors
+from ._operator import Factors, shear_seen
 from .area_surface import AreaSurface
 from .band import deviations
-from .hats import COARSE, TOGETHER, Hats
+from .free_area import FreeArea
+from .hats import COARSE, Hats
 from .image import PressureImage
-from .mapping import RULES, SurfaceMapper, known
+from .levels import Level, level_of
+from .mapping import RULES, SurfaceMapper, free_only_where_seen, known
 from .prior import Membrane
 
 __all__ = ["ImageMapper"]
@@ -26,22 +29,13 @@ __all__ = ["ImageMapper"]
 _ROOM = 256
 """Elements > 0 for which there is room at first."""
 
+_LEAST_SEEN, _ABOVE = 0.25, 100.0
+"""Share of the drag that has to be seen for it to be free, in readings so many times above the noise.
+
+Arrays that saw 0.28 or more gave images within their band, of 0.18 or less some that were wrong and sure (docs).
+"""
 
 _Work = tuple[npt.NDArray[Any], ...]
-
-
-class _Level(NamedTuple):
-    """Elements of one size, as the compiled loop wants them (`_on_area.py`)."""
-
-    parts: FloatArray
-    start: npt.NDArray[np.int64]
-    gain: FloatArray
-    length: int
-    stencil: FloatArray
-    sizes: npt.NDArray[np.int64]
-    cost: FloatArray
-    area: float
-    largest: float
 
 
 class _Prepared(NamedTuple):
@@ -53,8 +47,8 @@ class _Prepared(NamedTuple):
     basis: npt.NDArray[np.float32]  # U^T of each, (leans, n, n)
     squares: FloatArray  # S^2, (leans, n)
     spread: npt.NDArray[np.float32]  # C A^T of the pressure at the coarse nodes, (coarse m, n)
-    coarse: _Level
-    fine: _Level
+    coarse: Level
+    fine: Level
     idle: list[tuple[_Work, _Work]]  # kept from call to call; each thread takes its own
 
 
@@ -98,8 +92,9 @@ class ImageMapper(SurfaceMapper):
     step : float, optional
         Largest distance of the nodes [m]; if left out about a third of the shallowest sensor's depth, such that the
         sensors' distances are multiples of it.
-    shear : {"proportional", "none"}, optional
-        Drag q = p tan(angle) in one unknown direction, or none.
+    shear : {"proportional", "none", "free"}, optional
+        Drag q = p tan(angle) in one unknown direction; none; or at every node its own, (q_y, q_z) with |q| <= friction
+        * p, which asks for sensors of three kinds or directions at each position.
     friction : float, optional
         Bound of |q| / p [-]; of no account without shear.
     rule, least_force, false_alarm
@@ -109,12 +104,15 @@ class ImageMapper(SurfaceMapper):
     ----------
     y, z : ndarray
         The nodes along y and along z [m], (ny,) and (nz,).
+    shear_seen : float
+        Share of the drag's components that are seen beside an unknown pressure, along y or z, the less, in readings a
+        hundred times above the noise; "free" needs 0.25.
 
     Raises
     ------
     InvalidValueError
-        An option out of range; shear "free", as of a row; a sensor without noise; a finger that goes by a response
-        measured in place.
+        An option out of range; shear "free" where the array cannot separate it from pressure; a sensor without noise;
+        a finger that goes by a response measured in place.
     GeometryError
         More elements than can be solved for.
     NotLinearError
@@ -142,9 +140,6 @@ class ImageMapper(SurfaceMapper):
         false_alarm: float = 1e-6,
     ) -> None:
         known(shear, rule)
-        if shear == "free":
-            seen, said = 'shear = "free" for sensors on an area', "a free drag came out wrong by its own size, and sure"
-            raise InvalidValueError(seen, said, 'shear="proportional", a drag in one direction')
         if finger.measured is not None:
             seen, rule = (
                 "a finger with a response measured in place",
@@ -156,9 +151,11 @@ class ImageMapper(SurfaceMapper):
         prior = self._surface.prior
         super().__init__(
             finger, prior, drags=2, shear=shear, friction=friction, rule=rule,
-            columns=column.AREA_WIDTH + prior.shape[0] * prior.shape[1], least_force=least_force,
-            false_alarm=false_alarm,
+            columns=column.AREA_WIDTH + (3 if shear == "free" else 1) * prior.shape[0] * prior.shape[1],
+            least_force=least_force, false_alarm=false_alarm,
         )  # fmt: skip
+        if shear == "free":
+            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "(y, z), not three", "three channels a position")
         self.allow_for(finger, self.friction)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureImage:
@@ -186,25 +183,46 @@ class ImageMapper(SurfaceMapper):
 
         def make(lean: int) -> Factors:
             hats, t = self._hats(used), (1.0, *self.drags[lean])
+            if self.shear == "free":
+                return Factors.of([s * hats.columns(i) for i, s in enumerate(self._scales)], self._prior)
             return Factors.of([sum(share * hats.columns(i) for i, share in enumerate(t) if share)], self._prior)
 
         return self._factors.get(used.tobytes(), lambda: _Leans(make, len(self.drags)))
 
     def std(
-        self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, pressure: FloatArray
+        self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, heights: FloatArray
     ) -> npt.NDArray[np.float64]:
-        """Standard deviation of a `pressure` (m,) found with the sensors `used`, at a `drag` (2,) and a `weight`, (m,).
+        """Standard deviations of the `heights` found with the sensors `used`, at a `drag` (2,) and a `weight`.
 
-        In Pa; 0 more than one element away from those that press.
+        Heights and deviations [Pa]: of the pressure (1, m), or where the drag is free of this and both drags (3, m).
+        0 more than one element away from those that press.
         """
         from scipy.ndimage import binary_dilation
+        from scipy.sparse import block_diag
 
         prior = self._surface.prior
-        near = np.flatnonzero(binary_dilation((pressure > 0).reshape(prior.shape), np.ones((3, 3), dtype=bool)))
+        near = np.flatnonzero(binary_dilation((heights[0] > 0).reshape(prior.shape), np.ones((3, 3), dtype=bool)))
         parts = self._hats(used).among(near, 1 if self.shear == "none" else 3)
-        out = np.zeros(pressure.size)
-        out[near] = deviations(parts, drag, weight * prior.form[near][:, near], pressure[near])
+        form, out = weight * prior.form[near][:, near], np.zeros(heights.shape)
+        if self.shear == "free":
+            scales = self._scales[:, None]
+            every = (scales[..., None] * parts).reshape(1, -1, parts.shape[2]), block_diag(3 * [form], format="csr")
+            found = deviations(every[0], drag, every[1], (heights[:, near] / scales).reshape(-1))
+            out[:, near] = scales * found.reshape(3, -1)
+        else:
+            out[0, near] = deviations(parts, drag, form, heights[0, near])
         return out
+
+    @property
+    def _scales(self) -> npt.NDArray[np.float64]:
+        """Of a drag by the friction, as it is free to be (3,)."""
+        return np.array([1.0, self.friction, self.friction])
+
+    @cached_property
+    def shear_seen(self) -> float:
+        """Share of the drag's components that are seen beside an unknown pressure, along y or z, the less."""
+        hats = self._hats(self.finger.array.live)
+        return shear_seen(*(hats.columns(i) for i in range(3)), prior=self._prior, above=_ABOVE)
 
     @property
     def drags(self) -> FloatArray:
@@ -227,6 +245,10 @@ class ImageMapper(SurfaceMapper):
         from scipy.special import chdtri
 
         prior, hats, count = self._surface.prior, self._hats(pattern), 1 if self.shear == "none" else 3
+        sensors = sensor_rows(self.finger.array.select(pattern))
+        limits = np.array([chdtri(hats.kind.size, self._false_alarm), self.friction, RULES.index(self.rule)])
+        if self.shear == "free":
+            return (FreeArea.of(sensors, limits, hats, prior, self.least_force),)
         (ny, nz), (hy, hz) = prior.shape, prior.steps
         columns = [hats.columns(i) for i in range(count)]
         at = (np.arange(ny // COARSE)[:, None] * COARSE + 1) * nz + np.arange(nz // COARSE) * COARSE + 1
@@ -244,19 +266,19 @@ class ImageMapper(SurfaceMapper):
             gram = np.einsum("a,b,abnk->nk", t, t, grams)
             found, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
             squares[k], basis[k] = np.maximum(found, 0.0), vectors.T
-        sensors = sensor_rows(self.finger.array.select(pattern))
-        limits = np.array([chdtri(hats.kind.size, self._false_alarm), self.friction, RULES.index(self.rule)])
         pull = self.least_force * float(np.linalg.norm(columns[0], axis=1).max())
         wide = Membrane((ny // COARSE, nz // COARSE), (COARSE * hy, COARSE * hz))
         ready = _Prepared(
             sensors, limits, self.drags, basis, squares, first,
-            _level(hats.coarse(), count, wide, COARSE**2 * pull, 1, self.friction),
-            _level(hats, count, prior, pull, COARSE, self.friction), [],
+            level_of(hats.coarse(), count, wide, COARSE**2 * pull, 1, self.friction),
+            level_of(hats, count, prior, pull, COARSE, self.friction), [],
         )  # fmt: skip
         return (ready,)
 
-    def _map_frames(self, readings: FloatArray, ready: _Prepared, out: FloatArray) -> None:
+    def _map_frames(self, readings: FloatArray, ready: _Prepared | FreeArea, out: FloatArray) -> None:
         """Fill `out`, a row for each frame, as the compiled loop of a row of sensors does."""
+        if isinstance(ready, FreeArea):
+            return ready.fill(readings, self.y[1:-1], self.z[1:-1], out)
         from ._area_kernel import map_frames
 
         *numbers, coarse, fine, idle = ready
@@ -269,17 +291,7 @@ class ImageMapper(SurfaceMapper):
         while (done := map_frames(done, readings, *numbers, *levels, *nodes, *works, out)) < len(readings):
             works = _works(ready, 2 * len(works[1][9]))
         idle.append(works)
-
-
-def _level(hats: Hats, components: int, prior: Membrane, pull: float, rim: int, friction: float) -> _Level:
-    """Elements whose traction is p + ty q_y + tz q_z, of 1 or 3 components."""
-    parts, start, length = hats.flat(components)
-    more = -start.size % TOGETHER
-    start, gain = np.pad(start, (0, more)), np.pad(hats.gain, (0, more))
-    sizes, cost = np.array([*prior.shape, rim], dtype=np.int64), np.full(prior.shape[0] * prior.shape[1], pull)
-    norms = sum(np.linalg.norm(hats.columns(i), axis=1) for i in range(components))
-    largest = float(np.max(norms)) * max(1.0, friction)
-    return _Level(parts, start, gain, length, prior.stencil, sizes, cost, prior.steps[0] * prior.steps[1], largest)
+        return None
 
 
 def _works(ready: _Prepared, room: int) -> tuple[_Work, _Work]:
@@ -287,7 +299,7 @@ def _works(ready: _Prepared, room: int) -> tuple[_Work, _Work]:
     return _work(ready.coarse, ready.squares.shape[1], room), _work(ready.fine, ready.squares.shape[1], room)
 
 
-def _work(level: _Level, sensors: int, room: int) -> _Work:
+def _work(level: Level, sensors: int, room: int) -> _Work:
     total, room = level.cost.size, min(room, level.cost.size)
     return (
         np.empty(level.parts.shape[1]), np.empty(total), np.empty(total), np.empty(sensors), np.empty((room, room)),

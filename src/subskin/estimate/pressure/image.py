@@ -17,7 +17,7 @@ from ...errors import GeometryError
 from ..shown import Shown
 from . import columns as column
 from ._operator import Factors
-from .map import SurfaceMap, _Mapper
+from .map import SurfaceMap, _column, _Mapper
 
 __all__ = ["PressureImage"]
 
@@ -27,7 +27,7 @@ class _AreaMapper(_Mapper, Protocol):
 
     z: FloatArray
 
-    def std(self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, pressure: FloatArray) -> FloatArray: ...
+    def std(self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, heights: FloatArray) -> FloatArray: ...
 
 
 def _pair(first: int, second: int, text: str) -> property:
@@ -59,6 +59,9 @@ class PressureImage(SurfaceMap):
     centre = _pair(column.CENTRE, column.CENTRE_Z, "Centre of pressure (y, z) [m], shape (..., 2).")
     centre_std = _pair(column.CENTRE_STD, column.CENTRE_Z_STD, "Its standard deviations [m], shape (..., 2).")
 
+    moment = _column(column.MOMENT, "Moment of the drag about the normal at the centre [N m], from +y towards +z.")
+    moment_std = _column(column.MOMENT_STD, "Its standard deviation [N m]; both 0 where the drag is not free.")
+
     plot = Drawing("pressure_image_figure")
 
     @property
@@ -73,11 +76,13 @@ class PressureImage(SurfaceMap):
 
     def _shown(self) -> list[Shown]:
         (y, z), (y_std, z_std) = np.moveaxis(self.centre, -1, 0), np.moveaxis(self.centre_std, -1, 0)
+        moment = Shown("moment", 1e3 * self.moment, 1e3 * self.moment_std, "mN m")
         return [
             Shown("normal force", self.normal_force, self.normal_std, "N"),
             Shown("centre y", 1e3 * y, 1e3 * y_std, "mm"),
             Shown("z", 1e3 * z, 1e3 * z_std, "mm"),
             Shown("angle", 180 / np.pi * self.angle, 180 / np.pi * self.angle_std, "deg"),
+            *([moment] if self.mapper.shear == "free" else []),
         ]
 
     def _columns(self) -> dict[str, Any]:
@@ -86,7 +91,8 @@ class PressureImage(SurfaceMap):
             for i, axis in enumerate("yz"):
                 out[f"{name}_{axis}"] = getattr(self, name)[..., i]
                 out[f"{error}_{axis}"] = getattr(self, error)[..., i]
-        names = ("normal_force", "normal_std", "angle", "angle_std", "azimuth", "azimuth_std", "residual")
+        names = ["normal_force", "normal_std", "angle", "angle_std", "azimuth", "azimuth_std"]
+        names += ["moment", "moment_std", "residual"]
         return {name: getattr(self, name) for name in names} | out | super()._columns()
 
     @property
@@ -105,29 +111,38 @@ class PressureImage(SurfaceMap):
 
     def _bordered(self, inner: FloatArray, mode: Any = "constant") -> FloatArray:
         """Values at the inner nodes, (..., m), with those of the border about them."""
-        image = inner.reshape(*self.shape, *self._inner)
-        out = np.pad(image, [(0, 0)] * len(self.shape) + [(1, 1)] * 2, mode=mode)
+        image = inner.reshape(*inner.shape[:-1], *self._inner)
+        out = np.pad(image, [(0, 0)] * (inner.ndim - 1) + [(1, 1)] * 2, mode=mode)
         out[~np.isfinite(self.normal_force)] = np.nan
         return read_only(out)
 
     @property
+    def _heights(self) -> FloatArray:
+        """Pressure, and where it is free the drag along y and z, at the inner nodes [Pa], shape (..., 1 or 3, m)."""
+        return self.table[..., column.AREA_WIDTH :].reshape(*self.shape, -1, self._inner[0] * self._inner[1])
+
+    @property
     def pressure(self) -> FloatArray:
         """Pressure at each node [Pa], >= 0, shape (..., ny, nz)."""
-        return self._bordered(self.table[..., column.AREA_WIDTH :])
+        return self._bordered(self._heights[..., 0, :])
 
     @cached_property
+    def _deviations(self) -> FloatArray:
+        """Standard deviations of the heights with the border [Pa], shape (..., 1 or 3, ny, nz)."""
+        heights = self._heights.reshape(-1, *self._heights.shape[-2:])
+        used, tangents = self.used.reshape(len(heights), -1), self.tangential_force / self.normal_force[..., None]
+        weight, out = self.weight.reshape(-1), np.full(heights.shape, np.nan)
+        for f in np.flatnonzero(np.isfinite(self.normal_force.reshape(-1))):
+            out[f] = self.mapper.std(used[f], tangents.reshape(-1, 2)[f], weight[f], heights[f])
+        return self._bordered(out.reshape(self._heights.shape))
+
+    @property
     def pressure_std(self) -> FloatArray:
         """Standard deviation of the pressure [Pa], shape (..., ny, nz): noise, and what smoothing and drag leave open.
 
         It is 0 more than an element away from all that press. Each frame is worked out by itself (`band.py`).
         """
-        flat = self.table.reshape(-1, self.table.shape[-1])
-        used, tangents = self.used.reshape(len(flat), -1), self.tangential_force / self.normal_force[..., None]
-        inner, weight = flat[:, column.AREA_WIDTH :], self.weight.reshape(-1)
-        out = np.full(inner.shape, np.nan)
-        for f in np.flatnonzero(np.isfinite(self.normal_force.reshape(-1))):
-            out[f] = self.mapper.std(used[f], tangents.reshape(-1, 2)[f], weight[f], inner[f])
-        return self._bordered(out)
+        return self._deviations[..., 0, :, :]
 
     @property
     def pressure_interval(self) -> FloatArray:
@@ -138,12 +153,16 @@ class PressureImage(SurfaceMap):
     @property
     def shear(self) -> FloatArray:
         """Drag (q_y, q_z) at each node [Pa], shape (..., ny, nz, 2)."""
+        if self.mapper.shear == "free":
+            return np.moveaxis(self._bordered(self._heights[..., 1:, :]), -3, -1)
         tangents = self.tangential_force / self.normal_force[..., None]
         return read_only(tangents[..., None, None, :] * self.pressure[..., None])
 
     @property
     def shear_std(self) -> FloatArray:
         """Standard deviations of the drag [Pa], shape (..., ny, nz, 2); 0 where none was allowed."""
+        if self.mapper.shear == "free":
+            return np.moveaxis(self._deviations[..., 1:, :, :], -3, -1)
         tangents = (self.tangential_force / self.normal_force[..., None])[..., None, None, :]
         doubt = (self.tangential_std / self.normal_force[..., None])[..., None, None, :]
         return read_only(np.hypot(tangents * self.pressure_std[..., None], doubt * self.pressure[..., None]))

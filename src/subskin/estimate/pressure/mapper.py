@@ -8,13 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
-from ...errors import InvalidValueError
 from ...finger import Finger
 from ..frames import sensor_rows
 from ._operator import COARSE, Factors, Surface, shear_seen
 from .columns import WIDTH
 from .map import PressureMap
-from .mapping import RULES, SurfaceMapper, known
+from .mapping import RULES, SurfaceMapper, free_only_where_seen, known
 from .prior import Bridge
 
 __all__ = ["PressureMapper"]
@@ -106,13 +105,9 @@ class PressureMapper(SurfaceMapper):
             least_force=least_force, false_alarm=false_alarm,
         )  # fmt: skip
         normal, tangential = self._columns_of(finger.array.live)
-        self.shear_seen = shear_seen(normal, tangential, self._prior)
-        if shear == "free" and not self.shear_seen >= _LEAST_SEEN:
-            raise InvalidValueError(
-                f'shear = "free" for sensors that see {self.shear_seen:.2f} of the shear beside an unknown pressure',
-                f"at least {_LEAST_SEEN} is needed: sensors of one kind and depth read one function of y, not two",
-                'shear="proportional", or sensors of another kind or depth as well',
-            )
+        self.shear_seen = shear_seen(normal, tangential, prior=self._prior, above=1e3)
+        if shear == "free":
+            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "y, not two", "sensors of another kind or depth as well")
         self.allow_for(finger, self.friction)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureMap:

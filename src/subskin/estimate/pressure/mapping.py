@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _check
+from ...errors import InvalidValueError
 from ...finger import Finger
 from ...prepared import Prepared
 from ..frames import Framewise
@@ -16,7 +17,7 @@ from ._operator import Factors
 from .columns import STATUS
 from .prior import Prior
 
-__all__ = ["RULES", "SHEARS", "SurfaceMapper"]
+__all__ = ["RULES", "SHEARS", "SurfaceMapper", "free_only_where_seen", "known"]
 
 RULES = ("evidence", "discrepancy", "gcv")
 """Rules for the weight of smoothness."""
@@ -72,3 +73,13 @@ def known(shear: str, rule: str) -> None:
     """Refuse a kind of shear or a rule of another name."""
     for name, value, names in (("shear", shear, SHEARS), ("rule", rule, RULES)):
         _check.choice(name, value, names)
+
+
+def free_only_where_seen(seen: float, least: float, needed: str, other: str) -> None:
+    """Refuse a free shear for sensors that see too little of it; needed: functions of what; other: sensors to take."""
+    if not seen >= least:
+        raise InvalidValueError(
+            f'shear = "free" for sensors that see {seen:.2f} of the shear beside an unknown pressure',
+            f"at least {least} is needed: sensors of one kind and depth read one function of {needed}",
+            f'shear="proportional", or {other}',
+        )
