@@ -74,4 +74,4 @@ class Spread(Frozen):
         2.5
         """
         ratio = self.leaning if _check.friction(friction) > 0 else self.straight
-        return np.asarray(np.interp(_check.real("position", position, unit="m"), self.y, ratio))
+        return np.asarray(np.interp(_check.real("position", position, unit="m", finite=False), self.y, ratio))

@@ -75,10 +75,13 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         si, given_live = reading_unit(recording), document.live
         live = None if given_live is None else live_of(given_live, count, how, si, Path(name).parent)
         at = "tare"
-        drift = document.tare.drift
+        drift, stirring = document.tare.drift, document.tare.noise
         if drift is not None:
             drift = in_readings(drift, f"{unit_of_readings(document, array.transducers) or 1}/s", "drift")
             drift = _check.real("drift", drift, at_least=0.0)
+        if stirring is not None:
+            stirring = in_readings(stirring, unit_of_readings(document, array.transducers), "noise")
+            stirring = _check.real("noise", stirring, above=0.0)
     except SubskinError as error:
         raise Misplaced(error, at, key_of(error)) from None
     return {
@@ -93,6 +96,7 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         "live": live,
         "relaxation": relaxation,
         "drift": drift,
+        "stirring": stirring,
         "origin": origin,
         "turn": told.turn,
         "limits": (array.low, array.high),

@@ -41,6 +41,7 @@ class Recorded:
     recording: RecordingFormat | None = None
     relaxation: Relaxation | None = None
     drift: npt.ArrayLike | None = None
+    stirring: npt.ArrayLike | None = None
     differences: bool = False
     limits: tuple[npt.ArrayLike, npt.ArrayLike] = (-np.inf, np.inf)
     name: str = "finger.toml"
@@ -91,7 +92,8 @@ class Recorded:
         if self.relaxation is not None:
             stages["relaxation"] = self.relaxation.undo
         fastest = self.drift if drift is None else drift
-        stages["tare"] = Tare(self._ranged(*self.limits), drift=fastest, differences=self.differences)
+        finger = self._ranged(*self.limits)
+        stages["tare"] = Tare(finger, drift=fastest, noise=self.stirring, differences=self.differences)
         return Pipeline(stages if answer is None else {**stages, "found": answer})
 
     def tare(self, recording: Given, time: npt.ArrayLike | None = None, *, drift: npt.ArrayLike | None = None) -> Tared:

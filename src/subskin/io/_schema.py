@@ -233,6 +233,7 @@ class TareTable(StrictTable):
     """[tare]: how drift is taken off."""
 
     drift: Readings = None
+    noise: Readings = None
 
 
 class ContactTable(StrictTable):

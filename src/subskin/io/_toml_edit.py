@@ -20,8 +20,13 @@ _PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "noise": ""
 _SAME = 1e-9
 
 
-def edited(text: str, old: Finger, new: Finger, origin: Any, turn: float, facts: Mapping[str, Any]) -> str:
-    """`text`, which describes `old`, changed to describe `new`; [calibration] is written anew."""
+def edited(
+    text: str, old: Finger, new: Finger, origin: Any, turn: float, facts: Mapping[str, Any], stirs: bool = False
+) -> str:
+    """`text`, which describes `old`, changed to describe `new`; [calibration] is written anew.
+
+    stirs: keep the old noise in [tare], since the new one counts how wrong the model is, which no reading stirs by.
+    """
     import tomlkit
 
     document = tomlkit.parse(text)
@@ -46,6 +51,12 @@ def edited(text: str, old: Finger, new: Finger, origin: Any, turn: float, facts:
         _set(sensors, "y", [format_quantity(float(v), "m") for v in np.asarray(new.array.y)])
         if new.array.on_area or "z" in sensors:
             _set(sensors, "z", [format_quantity(float(v), "m") for v in np.asarray(new.array.z)])
+    before, after = (np.asarray(finger.array.noise) for finger in (old, new))
+    if stirs and (before > 0).all() and (after > before).any():
+        if "tare" not in document:
+            document.add(tomlkit.nl())
+            document.add("tare", tomlkit.table())
+        _set(document["tare"], "noise", _values(before, ""))
     if "calibration" in document:
         del document["calibration"]
     table = tomlkit.table()

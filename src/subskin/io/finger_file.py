@@ -67,6 +67,8 @@ class FingerFile(Tabled, Recorded):
         What the skin forgets of a touch that is held; None where the file has no [relaxation].
     drift : ndarray, shape () or (n,), or None
         Fastest drift of [tare] [reading/s]; None for the default of `Tare`.
+    stirring : ndarray, shape () or (n,), or None
+        How much readings stir while nothing changes: noise of [tare] [reading]; None for the finger's noise.
     origin : float, or ndarray of shape (2,)
         Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin. On an area
         where its (0, 0) lies on the axes y and z of the tables.
@@ -274,7 +276,7 @@ class FingerFile(Tabled, Recorded):
         if finger.measured is not None:
             told["response"] = checksum(finger.measured)
         written = _parsed(self.text, self.name, lambda _: None).finger
-        text = edited(self.text, written, finger, origin, turn, told)
+        text = edited(self.text, written, finger, origin, turn, told, self.stirring is None)
         changed = _parsed(text, "the file as changed", lambda _: finger.measured)
         return replace(changed, search=self.search, name=self.name)
 

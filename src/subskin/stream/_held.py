@@ -39,6 +39,8 @@ class Held(Frozen):
     ----------
     finger : Finger
         The forward model.
+    own : ndarray, shape (n,)
+        What a departure of 0 reads [reading]: the finger's offsets, or 0 where readings are differences.
     noise, drift : ndarray, shape (n,)
         Standard deviation of a reading [reading], and fastest drift [reading/s].
     patience : float
@@ -50,11 +52,18 @@ class Held(Frozen):
     """
 
     def __init__(
-        self, finger: Finger, noise: FloatArray, drift: FloatArray, patience: float, limits: FloatArray, alarm: float
+        self,
+        finger: Finger,
+        own: FloatArray,
+        noise: FloatArray,
+        drift: FloatArray,
+        patience: float,
+        limits: FloatArray,
+        alarm: float,
     ) -> None:
         # departures have no range, and a touch that is doubtful is a touch all the same
         array = replace(finger.array, low=-np.inf, high=np.inf, noise=noise)
-        self._finger = replace(finger, array=array, spread=None, trusted=True)
+        self._finger, self._own = replace(finger, array=array, spread=None, trusted=True), own
         self._noise, self._drift, self._patience, self._limits, self._alarm = noise, drift, patience, limits, alarm
 
     def prepare(self) -> None:
@@ -111,13 +120,13 @@ class Held(Frozen):
                 # preparing for other noises takes a third of a second: departures are measured in those of the array
                 told = np.isfinite(away)
                 unit = np.sqrt(np.mean((noise[told] / self._noise[told]) ** 2))
-                return _status_of(self._on_area[friction == _RUBBER], np.asarray(array.offset) + away / unit)
+                return _status_of(self._on_area[friction == _RUBBER], self._own + away / unit)
             table = tabulate(self._finger, self._ends)
         except SubskinError:  # no estimate can be made: anything may be a touch
             return Status.INCOMPLETE
         wide = replace(array, noise=np.maximum(noise, 1e-300))
         asked = Locator(table, wide, friction=friction, false_alarm=self._alarm)
-        return _status_of(asked, np.asarray(array.offset) + away)
+        return _status_of(asked, self._own + away)
 
     @cached_property
     def _ends(self) -> tuple[float, float]:

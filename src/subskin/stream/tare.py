@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -27,6 +27,8 @@ __all__ = ["Tare", "TareState", "Tared"]
 
 _DRIFT = 0.3  # fastest drift believed, of the noise, a second
 _FAR = 0.5  # of the free skin's reading, and
+_LEAST_NOISE = 10.0  # of the noise: offsets of presses that misplace light touches
+_NO_TOUCH = 1e-6  # chance with which noise alone is no free skin
 _FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of the free skin
 
 
@@ -84,6 +86,9 @@ class Tared(Frozen):
         The offsets that the readings are given back with, and the finger's noise [reading].
     differences : bool
         The readings are differences from the free skin: `own` is 0.
+    pressed, doubt : ndarray, shape (n,)
+        Where readings are differences, the finger's offsets, which were fitted to presses, and its noise [reading],
+        which a calibration makes as large as its model is wrong. Otherwise 0, and the noise.
     """
 
     readings: FloatArray
@@ -93,6 +98,8 @@ class Tared(Frozen):
     own: FloatArray
     noise: FloatArray
     differences: bool = False
+    pressed: FloatArray = field(default_factory=lambda: np.zeros(1))
+    doubt: FloatArray = field(default_factory=lambda: np.ones(1))
 
     def __repr__(self) -> str:
         free, frozen = int(np.sum(self.free)), int(np.atleast_2d(self.frozen).any(axis=0).sum())
@@ -107,8 +114,27 @@ class Tared(Frozen):
         return replace(parts[0], **{name: join([getattr(part, name) for part in parts]) for name in frames})
 
     @property
+    def given_on(self) -> FloatArray:
+        """What the next stage of a pipeline takes: `readings`, those of a free skin as the finger reads one.
+
+        Offsets fitted to presses are not there while nothing touches: where a frame is free, or differs from a free
+        skin by no more than the finger's model is wrong.
+        """
+        if not self.pressed.any():
+            return self.readings
+        known = np.isfinite(self.readings)
+        chi2 = np.where(known, (self.readings / self.doubt) ** 2, 0.0).sum(axis=-1)
+        free = self.free | (chi2 <= chdtri(np.maximum(known.sum(axis=-1), 1), _NO_TOUCH))
+        return self.readings + np.where(free[..., None], self.pressed, 0.0)
+
+    @property
     def doubts(self) -> tuple[str, ...]:
         """What speaks against reading this stream with this finger, in words; nothing, usually."""
+        if (np.abs(self.pressed) > _LEAST_NOISE * self.noise).any():
+            offsets = f"{self.pressed.min():.3g} to {self.pressed.max():.3g}"
+            light = "touches lighter than those presses can be OK and millimetres off"
+            fix = "calibrate without offset (--fit gain,depth,origin), or locate presses cut out by segment"
+            return (f"offsets of {offsets} were fitted to presses, and a free skin has none: {light}. Fix: {fix}",)
         offset = self.offset.reshape(-1, self.own.size)
         known = np.isfinite(offset).any(axis=0)
         if self.differences or not known.any():
@@ -217,7 +243,9 @@ class Tare(Stage[TareState, Tared]):
     @cached_property
     def _told(self) -> dict[str, Any]:
         """What `Tared` says of the sensors."""
-        return {"own": self._sensors[kernel.OWN], "noise": self.noise, "differences": self.differences}
+        array, own = self.finger.array, self._sensors[kernel.OWN]
+        fitted = {"pressed": np.where(self.differences, array.offset, 0.0), "doubt": array.noise}
+        return {"own": own, "noise": self.noise, "differences": self.differences, **fitted}
 
     @cached_property
     def _limits(self) -> FloatArray:
@@ -321,7 +349,8 @@ class Tare(Stage[TareState, Tared]):
     def _held(self) -> Held:
         """Judges touches that last."""
         noise, drift = np.asarray(self.noise), np.asarray(self.drift)
-        return Held(self.finger, noise, drift, self.patience, self._limits, self.false_alarm)
+        own = self._sensors[kernel.OWN]
+        return Held(self.finger, own, noise, drift, self.patience, self._limits, self.false_alarm)
 
     def _beginning(self) -> TareState:
         n = len(self.finger.array)
