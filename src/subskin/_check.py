@@ -16,6 +16,7 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 
 _PASSED = {__name__.partition(".")[0], "numpy", *sys.stdlib_module_names}
+_STICKIEST = 10.0  # coefficient of friction beyond any rubber's
 _SHOWN = 80  # letters of a value in a message
 _NO_NUMBERS = "SUMmc"
 """Kinds of arrays out of which NumPy would make numbers: text, dates, complex ones less their imaginary part."""
@@ -257,7 +258,18 @@ def scalar(
 
 def friction(value: npt.ArrayLike) -> float:
     """A coefficient of friction, which may be infinite."""
-    return scalar("friction", value, at_least=0.0, finite=False, fix="friction=1.0")
+    found = scalar("friction", value, at_least=0.0, finite=False, fix="friction=1.0")
+    no_degrees("friction", found)
+    return found
+
+
+def no_degrees(name: str, value: npt.ArrayLike) -> None:
+    """Warn of coefficients of friction that were meant as angles in degrees."""
+    array = np.asarray(value)
+    large = array[(array > _STICKIEST) & np.isfinite(array)]
+    if large.size:
+        meant = f"of an angle of friction in degrees it is np.tan(np.deg2rad({large.flat[0]:.6g}))"
+        warn(f"{name} = {large.flat[0]:.6g} is a coefficient, and rubber has 0.3 to 3: {meant}")
 
 
 def scalars(limits: Mapping[str, Mapping[str, Any]], **values: npt.ArrayLike) -> list[float]:

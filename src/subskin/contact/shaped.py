@@ -16,6 +16,8 @@ from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
 
 __all__ = ["ShapedContact", "row_of"]
 
+_TURN = 2.0 * np.pi
+
 
 @dataclass(frozen=True, eq=False, init=False)
 class ShapedContact(LocalContact):
@@ -267,7 +269,8 @@ def _components(
     p = _check.real("force", force, unit="N", at_least=0.0, fix="turn the angle instead")
     fix = "angles are in radians, from the inward normal: np.deg2rad(30); the azimuth says to which side"
     alpha = _check.real("angle", 0.0 if angle is None else angle, unit="rad", at_least=0.0, at_most=np.pi, fix=fix)
-    theta = _check.real("azimuth", 0.0 if azimuth is None else azimuth, unit="rad")
+    turns = {"at_least": -_TURN, "at_most": _TURN, "fix": "angles are in radians: np.deg2rad(90)"}
+    theta = _check.real("azimuth", 0.0 if azimuth is None else azimuth, unit="rad", **turns)  # type: ignore[arg-type]
     out = np.empty((*_check.broadcast(force=p, angle=alpha, azimuth=theta), 3))
     across = alpha == 0.5 * np.pi
     out[..., 0] = p * np.where(across, 0.0, np.cos(alpha))

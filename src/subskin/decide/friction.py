@@ -84,6 +84,7 @@ class Friction(Frozen):
         (0.5, 0.0)
         """
         mu = _check.real("friction", value, at_least=0.0, fix="rubber on glass: 1; a dry finger: 0.5")
+        _check.no_degrees("friction", mu)
         return cls(np.stack([mu, mu], axis=-1), np.ones((*mu.shape, 1)))
 
     @classmethod
@@ -102,6 +103,7 @@ class Friction(Frozen):
         """
         start = _check.real("low", low, at_least=0.0)
         end = _check.real("high", high, at_least=0.0)
+        _check.no_degrees("high", end)
         _check.broadcast(low=start, high=end)
         start, end = np.broadcast_arrays(start, end)
         if not (start < end).all():
