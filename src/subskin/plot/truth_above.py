@@ -41,8 +41,9 @@ def truth_above(
 ) -> Figure:
     """Positions found on an area, from above; with the true ones, the errors as lines, drawn larger than they are.
 
-    Each touch has the marker of its status; those without a position are counted below. Where a covariance is known, an ellipse about an OK one, as much larger,
-    holds the truth in 95 % of cases. The numbers above are those of the frames that are OK.
+    Each touch has the marker of its status; those without a position are counted below. Where a covariance is known, an
+    ellipse about an OK one, as much larger, holds the truth in 95 % of cases. The numbers above are those of the frames
+    that are OK.
 
     Parameters
     ----------
