@@ -368,6 +368,20 @@ class TestAbove:
         sensors = next(line for line in frames.plot(finger).axes[0].lines if line.get_label() == "sensor")
         np.testing.assert_allclose(np.column_stack(sensors.get_data()), 1e3 * finger.array.points)
 
+    def test_frames_without_a_load_are_counted_and_the_others_drawn(self):
+        skin = ss.HalfSpace(ss.Material(0.4e6))
+        finger = ss.Finger(skin, ss.SensorArray.grid((3, 3), 2e-3, depth=2e-3, noise=1e-4))
+        force = np.array([0.0, 1.0, 0.0, 1.5])
+        frames = finger.locate(finger.read(ss.PointLoad(force, position=4 * [(1e-3, 0.0)])))
+        for axes in (frames.plot().axes[0], frames.plot(finger).axes[0], plot.truth_above(frames.position).axes[0]):
+            labels = [line.get_label() for line in axes.lines]
+            assert "2 frames without a position" in labels
+            assert "found, ok (2)" in labels
+            assert np.isfinite([*axes.get_xlim(), *axes.get_ylim()]).all()
+        assert not any("without" in str(line.get_label()) for line in frames[[1, 3]].plot().axes[0].lines)
+        with pytest.raises(GeometryError, match="no frame has a position"):
+            frames[0].plot()
+
     def test_shapes_are_checked(self):
         with pytest.raises(GeometryError, match="both need the shape"):
             plot.truth_above(self.TRUE, self.TRUE[:3])

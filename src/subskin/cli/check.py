@@ -14,7 +14,8 @@ from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import quantity
 from . import tip
-from .common import add_json, check_figure, describe, give, number, progress_bar, said_of, show
+from .common import add_json, check_figure, describe, give, number, progress_bar, said_of
+from .text_table import show
 
 if TYPE_CHECKING:
     from ..design.blind_spots import BlindSpots

@@ -10,7 +10,8 @@ import numpy as np
 from ..errors import InvalidValueError
 from ..io.remodel import remodelled
 from ..transducer import kind_of
-from .common import number, progress_bar, show
+from .common import number, progress_bar
+from .text_table import show
 
 if TYPE_CHECKING:
     from ..calibration import Choice

@@ -1,4 +1,4 @@
-"""What the commands share: options, values with units, rows, tables for people, JSON."""
+"""What the commands share: options, values with units, rows, numbers for people, JSON."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import math
 import re
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ..errors import FileError, InvalidValueError, SubskinError, each_printable, printable
+from ..errors import FileError, InvalidValueError, SubskinError, printable
 from ..io.files import check_target, to_standard_output
 from ..io.units import line_load, quantity
 
@@ -39,7 +39,6 @@ __all__ = [
     "quantity_range",
     "said_of",
     "say",
-    "show",
 ]
 
 
@@ -210,24 +209,6 @@ def known_to(value: float, std: float) -> str:
     rounded = round(value, decimals)
     whole = math.floor(math.log10(abs(rounded))) + 1 if rounded else 1
     return number(rounded, max(whole + decimals, 1))
-
-
-def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
-    """A table for people; the first `left` columns are text, the rest numbers."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    heading, *cells = map(Text, each_printable([title, *columns, *(cell for row in rows for cell in row)]))
-    table = Table(title=heading, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    wide = len(columns)
-    for i, name in enumerate(cells[:wide]):
-        table.add_column(name, justify="left" if i < left else "right", no_wrap=True)
-    for first in range(wide, len(cells), wide):
-        table.add_row(*cells[first : first + wide])
-    console = Console(file=out, highlight=False, width=None if out.isatty() else 120)
-    console.print(table)
 
 
 _QUIET = 60.0

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._axes import on_touches
 from ..errors import InvalidValueError
-from .common import describe, give, number, quantity_range, show
+from .common import describe, give, number, quantity_range
 from .frames import MEANING, add_frames
+from .text_table import show
 
 if TYPE_CHECKING:
     from ..decide import Kind, TypeDecision

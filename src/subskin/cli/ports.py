@@ -6,7 +6,8 @@ import argparse
 from dataclasses import asdict
 from typing import TextIO
 
-from .common import add_json, describe, give, show
+from .common import add_json, describe, give
+from .text_table import show
 
 _EXAMPLES = """\
   subskin ports

@@ -7,7 +7,8 @@ import textwrap
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import number, show
+from .common import number
+from .text_table import show
 
 if TYPE_CHECKING:
     from ..design.tip import TipError

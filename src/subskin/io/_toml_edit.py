@@ -14,7 +14,7 @@ from ..skin import KINDS, Skin
 from ._skin import is_written, numbers
 from .units import format_quantity, rounded
 
-__all__ = ["edited"]
+__all__ = ["edited", "per_sensor"]
 
 _PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "noise": ""}
 _SAME = 1e-9
@@ -43,10 +43,10 @@ def edited(
     for name, unit in _PER_SENSOR.items():
         before, after = (np.asarray(getattr(f.array, name)) for f in (old, new))
         if not _same(before, after) or (alone and name in sensors):
-            _set(sensors, name, _values(after, unit))
+            _set(sensors, name, per_sensor(after, unit))
     for name in ("low", "high", "resolution") if alone else ():
         if name in sensors:
-            _set(sensors, name, _values(np.asarray(getattr(new.array, name)), ""))
+            _set(sensors, name, per_sensor(np.asarray(getattr(new.array, name))))
     if moved:
         _set(sensors, "y", [format_quantity(float(v), "m") for v in np.asarray(new.array.y)])
         if new.array.on_area or "z" in sensors:
@@ -117,7 +117,7 @@ def _same(a: FloatArray, b: FloatArray) -> bool:
     return a.shape == b.shape and bool((np.abs(a - b) <= _SAME * np.maximum(np.abs(a), np.abs(b))).all())
 
 
-def _values(values: FloatArray, unit: str) -> Any:
+def per_sensor(values: FloatArray, unit: str = "") -> Any:
     """One value where all sensors have the same, a list otherwise."""
     texts = [format_quantity(float(v), unit) if unit else rounded(float(v)) for v in values]
     return texts[0] if len(set(texts)) == 1 else texts

@@ -240,6 +240,10 @@ class FingerFile(Tabled, Recorded):
         """
         if self.differences or not {"t_start", "t_end"} <= set(table.columns):
             return self
+        return self.of_differences()
+
+    def of_differences(self) -> FingerFile:
+        """The file as differences from the free skin are read: without a range, and without offsets."""
         array = replace(self.finger.array, low=-np.inf, high=np.inf, offset=0.0)
         return replace(self, finger=replace(self.finger, array=array), differences=True)
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidValueError
+from ..transducer import transducer_of
+from ._toml_edit import per_sensor
 from .finger_file import parse_finger
 from .units import format_quantity, rounded
 
@@ -23,7 +25,8 @@ def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFil
     r"""`file` with another `kind` of sensor, and a "half_plane", a "half_space" or one layer ("layers") as `skin`.
 
     The material stays; a layer is three depths thick until its thickness is fitted. Comments stay, but for those inside
-    a [skin] of another kind.
+    a [skin] of another kind. The gain of another kind is per another unit: the stress of a strain, or the other way, is
+    taken to be Young's modulus times the strain. What had a unit of the old kind becomes a plain number, in SI.
 
     Raises
     ------
@@ -42,8 +45,7 @@ def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFil
 
     document = tomlkit.parse(file.text)
     if kind:
-        sensors: Any = document["sensors"]
-        sensors["kind"] = kind
+        _change_kind(document, file, kind)
     if skin:
         material = file.finger.skin.single_material
         if material is None or skin not in ("half_plane", "half_space", "layers"):
@@ -65,4 +67,25 @@ def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFil
             layers.append(layer)
             table.add("layers", layers)
         document["skin"] = table
-    return parse_finger(tomlkit.dumps(document), "the file as changed")
+    changed = parse_finger(tomlkit.dumps(document), "the file as changed")
+    return changed.of_differences() if file.differences else changed
+
+
+def _change_kind(document: Any, file: FingerFile, kind: str) -> None:
+    """Another `kind` in [sensors], and numbers in its units."""
+    sensors = document["sensors"]
+    sensors["kind"] = kind
+    written, new = parse_finger(file.text).finger, transducer_of(kind)
+    felt = {transducer.unit for transducer in written.array.transducers}
+    if felt == {new.unit}:
+        return
+    young = written.skin.materials[0].young
+    scale = {("", "Pa"): 1 / young, ("Pa", ""): young}.get((*felt, new.unit), 1.0)
+    numbers = {key: np.asarray(getattr(written.array, key)) for key in ("gain", "offset", "noise", "resolution")}
+    numbers |= {key: np.broadcast_to(end, len(written.array)) for key, end in zip(("low", "high"), file.limits)}
+    numbers["gain"] = scale * numbers["gain"]
+    # readings without a unit of their own were in that of the old kind
+    lost = document.get("recording", {}).get("unit") is None
+    for key in numbers if lost else ("gain",):
+        if key in sensors:
+            sensors[key] = per_sensor(numbers[key])

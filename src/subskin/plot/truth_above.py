@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from .. import _check
 from .._check import FloatArray
@@ -40,8 +41,9 @@ def truth_above(
 ) -> Figure:
     """Positions found on an area, from above; with the true ones, the errors as lines, drawn larger than they are.
 
-    Each touch has the marker of its status. Where a covariance is known, an ellipse about an OK one, as much larger,
-    holds the truth in 95 % of cases. The numbers above are those of the frames that are OK.
+    Each touch has the marker of its status; those without a position are counted below. Where a covariance is known, an
+    ellipse about an OK one, as much larger, holds the truth in 95 % of cases. The numbers above are those of the frames
+    that are OK.
 
     Parameters
     ----------
@@ -101,12 +103,18 @@ def truth_above(
             look = LOOKS[kind]
             style: dict[str, Any] = {"color": look.colour, "ms": 3.0, "mew": 0, "zorder": 2}
             axes.plot(*at[chosen].T, look.marker, label=f"found, {look.name} ({chosen.sum()})", **style)
-    every = np.concatenate([true, at[known], *([] if points is None else [points])])
+    if not known.all():
+        count = int((~known).sum())
+        axes.plot([], [], " ", label=f"{count} frame{'s' * (count > 1)} without a position")
+    every = np.concatenate([at[known], *([] if truth is None else [true]), *([] if points is None else [points])])
+    if not len(every):
+        raise GeometryError("no frame has a position", "there is nothing to draw", "found[found.ok]")
     doubt = np.minimum(doubt, _WIDEST * np.ptp(every, axis=0).max())[known]
     every = np.concatenate([every, at[known] - doubt, at[known] + doubt])
     low, high = every.min(axis=0), every.max(axis=0)
     room = 0.06 * max(float((high - low).max()), 1e-3)
     axes.set(xlabel="$y$ [mm]", ylabel="$z$ [mm]")
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))  # that of a narrow picture has no room for more
     axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
     axes.set_aspect("equal")
     axes.set_title(
