@@ -364,10 +364,12 @@ def whole(name: str, value: object, *, at_least: int, at_most: int, fix: str = "
     return int(value)  # type: ignore[call-overload, no-any-return]
 
 
-def no_options(unknown: Mapping[str, object], known: str) -> None:
-    """Refuse options that do not exist, and say which do."""
+def no_options(unknown: Mapping[str, object], known: str, of: str = "") -> None:
+    """Refuse options that do not exist, and say which do; `of` is what they were given to."""
     for name in unknown:
         import difflib
 
         near = difflib.get_close_matches(name, known.split(", "), n=1)
-        raise UnknownOptionError(f"option {name!r}", f"there are {known}", f"{near[0]}=..." if near else "")
+        raise UnknownOptionError(
+            f"option {name!r}{of and f' of {of}'}", f"there are {known}", f"{near[0]}=..." if near else ""
+        )

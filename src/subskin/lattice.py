@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal, Self
+import functools
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Any, Literal, Self, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +20,26 @@ __all__ = ["LaidOut", "even_grid", "even_row", "named_layout"]
 
 _MOST = 10_000  # sensors in an array
 _SAME = 1e-6  # pitches: closer points are one
+_Make = TypeVar("_Make", bound=Callable[..., Any])
+
+
+def _checked(make: _Make) -> _Make:
+    """A misspelt or a missing argument is said with the name of the public class, and of the argument it is like."""
+    signature = inspect.signature(make)
+    named = [name for name in signature.parameters if name not in ("cls", "parameters")]
+
+    @functools.wraps(make)
+    def checked(cls: Any, *values: Any, **given: Any) -> Any:
+        called = f"{cls.__name__}.{make.__name__}"
+        known = [*named, *(f.name for f in fields(cls) if f.name not in (*named, "y", "z"))]
+        _check.no_options({name: value for name, value in given.items() if name not in known}, ", ".join(known), called)
+        try:
+            signature.bind(cls, *values, **given)
+        except TypeError as error:
+            raise TypeError(f"{called}: {error}") from None
+        return make(cls, *values, **given)
+
+    return cast(_Make, checked)
 
 
 def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
@@ -144,6 +167,7 @@ class LaidOut:
     """
 
     @classmethod
+    @_checked
     def line(
         cls,
         count: int,
@@ -182,6 +206,7 @@ class LaidOut:
         return cls.at(np.stack([y, np.zeros_like(y)], axis=-1), depth, transducer, channels, **parameters)
 
     @classmethod
+    @_checked
     def grid(
         cls,
         shape: tuple[int, int],
@@ -219,6 +244,7 @@ class LaidOut:
         return cls.at(even_grid(shape, pitch, centre), depth, transducer, channels, **parameters)
 
     @classmethod
+    @_checked
     def hexagonal(
         cls,
         shape: tuple[int, int],
@@ -256,6 +282,7 @@ class LaidOut:
         return cls.at(even_grid(shape, pitch, centre, "hexagonal"), depth, transducer, channels, **parameters)
 
     @classmethod
+    @_checked
     def at(
         cls,
         points: npt.ArrayLike,

@@ -170,3 +170,17 @@ def test_arrays_and_fingers_are_compared_by_identity():
     assert array == array
     assert array != ss.SensorArray(y=[0.0, 1.0], depth=1.0)
     assert {finger: 1}[finger] == 1
+
+
+@pytest.mark.parametrize(
+    ("make", "given", "said"),
+    [
+        ("line", {"count": 8, "pich": 1e-3}, "'pich' of SensorArray.line.*Fix: pitch="),
+        ("line", {"count": 8, "pitch": 1e-3, "depth": 1e-3, "nois": 1.0}, "'nois' of SensorArray.line.*Fix: noise="),
+        ("grid", {"shape": (3, 3), "pitch": 1e-3, "dept": 1e-3}, "'dept' of SensorArray.grid.*Fix: depth="),
+        ("hexagonal", {"shape": (3, 3), "pitch": 1e-3}, "SensorArray.hexagonal: missing a required argument: 'depth'"),
+    ],
+)
+def test_a_misspelt_or_missing_argument_is_said_of_the_public_class(make, given, said):
+    with pytest.raises(TypeError, match=said):
+        getattr(ss.SensorArray, make)(**given)

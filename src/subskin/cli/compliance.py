@@ -65,6 +65,9 @@ def run(options: argparse.Namespace) -> int:
     check_figure(options.figure)
     file = io.load(options.finger)
     finger = file.finger
+    if options.flat is None and math.isinf(finger.skin.period):
+        seen, rule = f"{options.finger}: a flat skin on a flat without end", "they would touch all along"
+        raise InvalidValueError(seen, rule, '--flat "20 mm", the width of the flat, or a round skin')
     if not 1 <= options.moduli <= 1000:
         raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000", "--moduli 16")
     forces = _spread(positive(options.force, "N/m", "--force", length=file.length), 3)

@@ -14,7 +14,7 @@ from .. import io
 from .._axes import on_touches
 from ..errors import InvalidValueError
 from .common import describe, give, number, quantity_range
-from .frames import MEANING, add_frames
+from .frames import MEANING, add_frames, refuse_response
 from .text_table import show
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
 
     def prepare(file: io.FingerFile) -> Any:
+        refuse_response(file, "the fields of other kinds")
         answer = partial(file.decide, kinds=kinds, sure=options.sure)
         answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows
         return answer

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from ..contact import families, local_families
 from .common import describe, give, quantity_range
-from .frames import MEANING, add_frames
+from .frames import MEANING, add_frames, refuse_response
 
 if TYPE_CHECKING:
     from ..estimate import Estimate
@@ -70,6 +70,8 @@ def run(options: argparse.Namespace) -> int:
         def prepare(file: io.FingerFile) -> Answer:
             nonlocal family
             family = family or ("round_hertz" if file.finger.array.on_area else "hertz")
+            if family != "point":
+                refuse_response(file, "another contact's field")
             return file.locator(family=family, **chosen)
 
         for answers in answers_of(options, prepare):

@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from ..errors import InvalidValueError
 from .common import add_figure, add_rows, add_shared
 
 if TYPE_CHECKING:
@@ -14,7 +15,15 @@ if TYPE_CHECKING:
 
     from .. import io
 
-__all__ = ["AREA_COLUMNS", "MEANING", "add_frames", "warn_of_depths", "warn_of_raw", "warn_of_spread"]
+__all__ = [
+    "AREA_COLUMNS",
+    "MEANING",
+    "add_frames",
+    "refuse_response",
+    "warn_of_depths",
+    "warn_of_raw",
+    "warn_of_spread",
+]
 
 AREA_COLUMNS = ("position_y", "position_z")
 """Positions on an area, in tables."""
@@ -46,6 +55,20 @@ def add_frames(parser: argparse.ArgumentParser, verb: str, what: str, figure: st
     add_figure(parser, figure)
     add_rows(parser, f"{verb} only")
     add_shared(parser, what)
+
+
+def refuse_response(file: io.FingerFile, what: str) -> None:
+    """Raise where the finger of the file has a response in place, which does not know `what`.
+
+    Raises
+    ------
+    InvalidValueError
+        It has one.
+    """
+    if file.finger.measured is not None:
+        rule = f"a response in place knows the contact of its touches alone, and not {what}"
+        fix = "remove the line response = ... of [calibration]: the skin's field then answers; or subskin locate"
+        raise InvalidValueError("[calibration] response", rule, fix)
 
 
 def warn_of_depths(table: io.Table, fix: str) -> None:

@@ -6,6 +6,7 @@ import argparse
 import difflib
 import io
 import os
+import re
 import signal
 import sys
 import threading
@@ -79,6 +80,8 @@ class _Command(argparse.ArgumentParser):
     def __init__(self, module: str, **options: Any) -> None:
         super().__init__(**options, formatter_class=argparse.RawDescriptionHelpFormatter)
         self._module = module
+        # what begins with a minus and a digit is a value: --angle "-30..30 deg", --position -5..5
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def parse_known_args(self, *given: Any, **named: Any) -> Any:
         import_module(f".{self._module}", __package__).add(self)

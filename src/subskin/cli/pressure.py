@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from ..errors import FileError
 from .common import describe, give
-from .frames import MEANING, add_frames
+from .frames import MEANING, add_frames, refuse_response
 
 if TYPE_CHECKING:
     from .answers import Answers
@@ -71,6 +71,7 @@ def run(options: argparse.Namespace) -> int:
     def prepare(file: io.FingerFile) -> PressureMapper | ImageMapper:
         if options.movie is not None and not file.finger.array.on_area:
             raise FileError(f"--movie {options.movie}", "sensors in a row make no image", "--figure map.png")
+        refuse_response(file, "the field of a pressure")
         given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("false_alarm", "friction")}
         shear = options.shear or ("none" if given.get("friction") == 0 else "proportional")
         if shear == "none":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TextIO
@@ -111,6 +112,23 @@ def run(options: argparse.Namespace) -> int:
     return give(options, lambda: {"rows": count, "columns": columns}, people)
 
 
+def _angles(options: argparse.Namespace) -> tuple[float, float]:
+    """The range of angles [rad], which on the command line is often one of degrees without the unit."""
+    import numpy as np
+
+    low, high = quantity_range(options.angle, "rad", "--angle")
+    local = options.contact in _LOCAL
+    if max(-low, high) > np.pi or (local and low < 0):
+        seen = f'--angle "{options.angle}"'
+        if max(-low, high) > np.pi and re.fullmatch(r"[-+.\d\s]*", options.angle):
+            raise InvalidValueError(seen, "a number without a unit is in rad", f'--angle="{options.angle} deg"')
+        if local:
+            rule = "the angle of a local contact is from 0 to 180 deg; --azimuth says to which side it leans"
+            raise InvalidValueError(seen, rule, '--angle "0..30 deg" --azimuth "0..360 deg"')
+        raise InvalidValueError(seen, "an angle is from -180 to 180 deg", '--angle="-30..30 deg"')
+    return low, high
+
+
 def _worn(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> io.FingerFile:
     """The finger with gains that differ and dead sensors."""
     import numpy as np
@@ -188,7 +206,7 @@ def _loads(
     random = rng.uniform(low, high, options.count)
     position = np.linspace(low, high, options.count) if options.grid else random
     force = rng.uniform(*quantity_range(options.force, "N/m", "--force", file.length), options.count)
-    angle = rng.uniform(*quantity_range(options.angle, "rad", "--angle"), options.count)
+    angle = rng.uniform(*_angles(options), options.count)
     loads = {"force": force, "angle": angle, "position": position - origin}
     readings = simulate_readings(
         file.finger, _contact(options), loads, rng=rng, executor=executor, progress=lambda n: advance(n, options.count)
@@ -212,7 +230,8 @@ def _local_loads(
     columns: dict[str, Any] = {"position_y": at[:, 0], "position_z": at[:, 1]}
     asked = (("moment", "N m"),) if options.moment else ()
     for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad"), *asked):
-        columns[name] = rng.uniform(*quantity_range(getattr(options, name) or "0", unit, f"--{name}"), count)
+        ends = _angles(options) if name == "angle" else quantity_range(getattr(options, name) or "0", unit, f"--{name}")
+        columns[name] = rng.uniform(*ends, count)
     load = {name: values for name, values in columns.items() if name in ("force", "angle", "moment")}
     load["azimuth"] = columns["azimuth"] - file.turn
     own = file.on_finger(at) if file.finger.array.on_area else at - [file.origin, 0.0]
@@ -248,8 +267,9 @@ def _frames(
     from ..synthetic import simulate_recording
 
     on_area = file.finger.array.on_area
-    ranges = {"force": "N" if on_area else "N/m", "angle": "rad", "azimuth": "rad"}
+    ranges = {"force": "N" if on_area else "N/m", "azimuth": "rad"}
     ends = {k: quantity_range(getattr(options, k) or "0", u, f"--{k}", file.length) for k, u in ranges.items()}
+    ends["angle"] = _angles(options)
     if any(low != high for low, high in ends.values()):
         rule = "an indenter presses alike everywhere"
         raise InvalidValueError("a range of --force or --angle", rule, "give one value")

@@ -91,6 +91,14 @@ def _at(value: object, info: ValidationInfo) -> Any:
     return quantity(value, "m", name)
 
 
+def _count(value: object) -> object:
+    """The sensors of a row; two counts are those of a grid."""
+    if isinstance(value, list) and len(value) == 2:
+        fix = f'layout = "grid" and shape = {value!r}'
+        raise InvalidValueError(f"count = {value!r}", "a row has one count, a grid a shape", fix)
+    return value
+
+
 def _columns(value: object) -> Any:
     """One column, or on an area two: y and z."""
     each = value if isinstance(value, list) else [value]
@@ -160,7 +168,7 @@ class SensorsTable(StrictTable):
     """[sensors]: where they are and how each turns what it measures into a reading."""
 
     layout: Literal["row", "grid", "hexagonal"] = "row"
-    count: StrictInt | None = None
+    count: Annotated[StrictInt | None, BeforeValidator(_count)] = None
     shape: list[StrictInt] | None = None
     pitch: Lengths | None = None
     centre: Lengths = 0.0
