@@ -56,7 +56,7 @@ def edited(
         if "tare" not in document:
             document.add(tomlkit.nl())
             document.add("tare", tomlkit.table())
-        _set(document["tare"], "noise", _values(before, ""))
+        _set(document["tare"], "noise", per_sensor(before))
     if "calibration" in document:
         del document["calibration"]
     table = tomlkit.table()
