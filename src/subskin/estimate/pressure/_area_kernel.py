@@ -64,6 +64,22 @@ def _guess(basis, squares, spread, seen, w, on):
 
 
 @compiled()
+def _as_at(drag, t, b, work, out):
+    """Readings b, of a drag t, as they were at another `drag`, by the coarse pressure: a weight is known there.
+
+    Sensors that see drags well would else take the difference for a rough pressure.
+    """
+    x, own, rows = work[1], work[8], work[11]
+    by_y, by_z = drag[0] - t[0], drag[1] - t[1]
+    out[:] = b
+    for j in range(x.size):
+        if x[j] > 0.0:
+            row = rows[j]
+            for i in range(b.size):
+                out[i] += x[j] * (by_y * own[1, row, i] + by_z * own[2, row, i])
+
+
+@compiled()
 def _finer(coarse, few, share, many, on):
     """Which fine elements lie at coarse ones that are > 0, or half way to one; of a faint one, that in its middle."""
     share[:] = 0.0
@@ -199,7 +215,8 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
                     t[0] - drags[lean, 0], t[1] - drags[lean, 1]
                 ):
                     lean = k
-            w = weight_of(basis[lean], squares[lean], b, kind, seen)
+            _as_at(drags[lean], t, b, rough, along[0])
+            w = weight_of(basis[lean], squares[lean], along[0], kind, seen)
         top = squares[lean, n - 1]
         lowest, highest = math.exp(LOWEST) * top, math.exp(HIGHEST) * top
         _finer(rough[1], coarse[5], work[2], fine[5], on)
