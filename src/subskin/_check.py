@@ -370,6 +370,5 @@ def no_options(unknown: Mapping[str, object], known: str, of: str = "") -> None:
         import difflib
 
         near = difflib.get_close_matches(name, known.split(", "), n=1)
-        raise UnknownOptionError(
-            f"option {name!r}{of and f' of {of}'}", f"there are {known}", f"{near[0]}=..." if near else ""
-        )
+        seen = f"option {name!r} of {of}" if of else f"option {name!r}"
+        raise UnknownOptionError(seen, f"there are {known}", f"{near[0]}=..." if near else "")

@@ -195,3 +195,50 @@ def test_a_map_of_the_field_takes_one_call():
 def test_what_cannot_be_drawn_is_said(found, draw, error, said):
     with pytest.raises(error, match=said):
         draw(found)
+
+
+@pytest.mark.parametrize(("force", "area"), [(40.0, False), (1.0, False), (1e-6, False), (1e4, False), (1e-2, True)])
+def test_a_colour_bar_lies_on_the_page_and_says_the_strain(force, area):
+    """Its tick times the power of ten is the level in percent, and no letter of it leaves the page."""
+    skin = ss.HalfSpace(ss.Material(young=0.4e6)) if area else SKIN
+    load = ss.PointLoad(force) if area else ss.LineLoad(force)
+    figure = ss.plot.field_map(skin, load, "strain.xx", span=(-4e-3, 4e-3))
+    figure.canvas.draw()
+    bar = next(axes for axes in figure.axes if "[" in axes.get_ylabel() and "%" in axes.get_ylabel())
+    page = figure.bbox
+    for text in (bar.yaxis.label, *bar.get_yticklabels()):
+        box = text.get_window_extent()
+        assert page.x0 <= box.x0
+        assert box.x1 <= page.x1
+    power = re.search(r"10\^\{(-?\d+)\}", bar.get_ylabel())
+    scale = 10.0 ** int(power[1]) if power else 1.0
+    ticks = [scale * float(text.get_text().replace("−", "-")) for text in bar.get_yticklabels()]
+    np.testing.assert_allclose(ticks, bar.get_yticks(), rtol=1e-6)
+
+
+def test_a_legend_has_no_minus_zero():
+    load = ss.PointLoad(1.0, angle=0.3, azimuth=-1e-4, position=(-1e-7, -1e-7))
+    finger = ss.Finger(ss.HalfSpace(ss.Material(0.4e6)), ss.SensorArray.grid((3, 3), 2e-3, depth=2e-3))
+    said = [text.get_text() for text in finger.plot(load).legends[0].get_texts()]
+    assert any("towards 0°, at (0.00, 0.00) mm" in text for text in said)
+    row = [text.get_text() for text in FINGER.plot(ss.LineLoad(1.0, -1e-5, -1e-7)).legends[0].get_texts()]
+    assert any("0.0°, y = 0.00 mm" in text and "−" not in text for text in row)
+
+
+def test_presses_are_shown_in_a_few_lines():
+    """Of what was put in: 100 presses from 1 to 100 s at 0 to 9.9 mm; a text, no dump of arrays."""
+    time, position = np.arange(1.0, 101.0), np.arange(100) * 1e-4
+    reading = np.full((100, 4), 3.0)
+    shown = repr(ss.stream.Presses(time, time + 0.5, position, None, None, reading, 0.1 * reading, 2))
+    assert shown.splitlines()[0] == "100 presses of 4 sensors, 2 plateaus left out"
+    assert "1 to 100 s" in shown
+    assert "0 to 9.9 mm" in shown
+    assert len(shown.splitlines()) < 8
+    area = np.stack([position, -position], axis=-1)
+    shown = repr(ss.stream.Presses(time, time, area, position, time, reading, reading))
+    assert re.search(r"position z +-9.9 to 0 mm", shown)
+
+
+def test_a_map_without_a_drag_is_told_its_option():
+    with pytest.raises(InvalidValueError, match='Fix: shear="none"'):
+        ss.pressure_map(FINGER, np.zeros(8), friction=0)

@@ -21,9 +21,9 @@ _ELLIPSE_95 = 2.447747
 
 def told(load: Load) -> str:
     """A load in words: 1.5 N, 28.6° towards 46°, at (1.00, -2.00) mm."""
-    (y, z), force, angle = MM * load.position + 0.0, float(load.force), float(np.degrees(load.angle))
-    towards = f" towards {float(np.degrees(load.azimuth)):.0f}°" if angle > 1e-9 else ""
-    return f"{force:.3g} N, {angle:.1f}°{towards}, at ({y:.2f}, {z:.2f}) mm".replace("-", "−")
+    (y, z), force, angle = MM * load.position, float(load.force), float(np.degrees(load.angle))
+    towards = f" towards {float(np.degrees(load.azimuth)):z.0f}°" if angle > 1e-9 else ""
+    return f"{force:.3g} N, {angle:.1f}°{towards}, at ({y:z.2f}, {z:z.2f}) mm".replace("-", "−")
 
 
 def mark_drag(axes: Axes, position: FloatArray, components: FloatArray, length: float, colour: str) -> None:

@@ -32,6 +32,8 @@ from .style import BLACK, DOUBLE, GREY, MM, NORMAL_95, VERMILLION, finished
 __all__ = ["finger_section"]
 
 _LEFT, _RIGHT, _FOOT = 13.5, 18.0, 9.5
+_TICK = 4
+"""Minus and digits of a tick of the colour bar that there is room for."""
 """Margins [mm]: beside the panels, and below them for the label."""
 _BASE = 0.12
 """Thickness of the base as it is drawn, in thicknesses of the skin."""
@@ -291,9 +293,20 @@ def _colour_bar(axes: Axes, drawn: ContourSet, label: str, height: float) -> Non
     step = 1 if height / levels.size > 2.7 else 2 if height / levels.size > 1.7 else 3
     kept = np.arange(half if step == 1 else half - 1)[::step]  # the two around zero stand close
     ticks = levels[np.concatenate([kept, levels.size - 1 - kept[::-1]])]
-    bar = Colorbar(axes, drawn, label=label, ticks=ticks.tolist())
-    bar.ax.set_yticklabels([f"{v:g}".replace("-", "−") for v in ticks], fontsize=6)
+    # the power of ten nearest to 1 that leaves room for the label beside the ticks
+    power = min(
+        range(-12, 13, 3), key=lambda p: (max(len(t.replace(".", "")) for t in _written(ticks, p)) > _TICK, abs(p))
+    )
+    unit = label.replace("[", f"[$10^{{{power}}}$ ") if power else label
+    bar = Colorbar(axes, drawn, label=unit, ticks=ticks.tolist())
+    bar.ax.set_yticklabels(_written(ticks, power), fontsize=6)
+    bar.ax.yaxis.labelpad -= 1.5 * (power != 0)  # a power stands higher than its line
     bar.minorticks_off()
+
+
+def _written(ticks: FloatArray, power: int) -> list[str]:
+    """The ticks in units of a power of ten."""
+    return [f"{v / 10.0**power:g}".replace("-", "−") for v in ticks]
 
 
 def _above(axes: Axes, contact: Contact, forces: list[_Force], scale: _Scale, name: str) -> None:
@@ -313,7 +326,7 @@ def _above(axes: Axes, contact: Contact, forces: list[_Force], scale: _Scale, na
     thick: dict[str, Any] = {"color": BLACK, "linewidth": 3.6 * scale.weight}
     for force in forces:
         _arrow(axes, force, scale.length(force.size), mutation_scale=14 * scale.weight, zorder=3, **thick)
-        where = f"{np.degrees(force.angle):.1f}°, y = {force.position + 0.0:.2f} mm".replace("-", "−")
+        where = f"{np.degrees(force.angle):z.1f}°, y = {force.position:z.2f} mm".replace("-", "−")
         axes.plot([], [], label=f"{name}: {force.size:.3g} N/m at {where}", **thick)
 
 
@@ -349,7 +362,7 @@ def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
 def _pm(value: float, half: float) -> str:
     """`value` with its 95 % interval, to two digits of the latter."""
     digits = int(np.clip(1 - np.floor(np.log10(half)), 0, 9)) if half > 0 else 3
-    return f"{value:.{digits}f} ± {half:.{digits}f}".replace("-", "−")
+    return f"{value:z.{digits}f} ± {half:.{digits}f}".replace("-", "−")
 
 
 def _sensors(axes: Axes, finger: Finger, estimate: Estimate | None) -> None:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
+from .._shown import Tabled, span
 from ..errors import GeometryError, InvalidValueError
 from .stage import in_order
 
@@ -91,8 +92,8 @@ class RecordingFormat:
         return {k: c if isinstance(c, tuple) else (c,) for k, c in each.items() if c is not None}
 
 
-@dataclass(frozen=True)
-class Presses(Frozen):
+@dataclass(frozen=True, repr=False)
+class Presses(Tabled, Frozen):
     """The presses of a recording; arrays of shape (presses,) or (presses, n).
 
     Parameters
@@ -124,6 +125,19 @@ class Presses(Frozen):
 
     def __len__(self) -> int:
         return len(self.start)
+
+    def _title(self) -> str:
+        left_out = f", {self.skipped} plateaus left out" if self.skipped else ""
+        return f"{len(self)} presses of {self.reading.shape[1]} sensors{left_out}"
+
+    def _shown(self) -> list[tuple[str, str]]:
+        told = [("time", span([*self.start, *self.stop], "s"))]
+        if self.position is not None:
+            axes = ("position",) if self.position.ndim == 1 else ("position y", "position z")
+            told += [(a, span(1e3 * v, "mm")) for a, v in zip(axes, np.atleast_2d(self.position.T), strict=True)]
+        told += [] if self.depth is None else [("depth", span(1e3 * self.depth, "mm"))]
+        told += [] if self.force is None else [("force", span(self.force))]
+        return [*told, ("readings", span(self.reading)), ("std. error", span(self.std))]
 
 
 def segment(

@@ -57,7 +57,7 @@ class SurfaceMapper(Framewise):
         false_alarm: float,
     ) -> None:
         self.finger, self.shear, self.rule = finger, shear, rule
-        self.friction = _check.scalar("friction", friction, above=0.0)
+        self.friction = _check.scalar("friction", friction, above=0.0, fix='shear="none" for presses without a drag')
         self.least_force = _check.scalar("least_force", least_force, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._prior = prior
