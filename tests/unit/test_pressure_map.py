@@ -238,8 +238,8 @@ def test_a_finger_keeps_its_mappers(tip, frames):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"shear": "some"}, "none, proportional, free"),
-        ({"rule": "lcurve"}, "evidence, discrepancy, gcv"),
+        ({"shear": "some"}, '"none", "proportional" or "free"'),
+        ({"rule": "lcurve"}, '"evidence", "discrepancy" or "gcv"'),
         ({"friction": 0}, "friction = 0: has to be > 0"),
         ({"friction": np.inf}, "finite"),
         ({"least_force": -1}, "least_force = -1"),

@@ -256,7 +256,7 @@ def test_totals_belong_to_the_image_and_its_contact_reads_the_same(tip):
 
 def test_what_an_image_takes_is_checked(tip):
     for options, message in (
-        ({"shear": "some"}, "none, proportional, free"),
+        ({"shear": "some"}, '"none", "proportional" or "free"'),
         ({"shear": "free"}, r"see 0\.0.* not three"),
         ({"step": 2e-3}, "at most 0.001"),
         ({"step": 1e-5}, "at most 16384"),
