@@ -78,6 +78,11 @@ class _Verb:
         return function.__get__(finger, owner)
 
 
+def _is_foreign(one: object) -> bool:
+    """Whether its class is somebody else's, of which what it gives has to be checked."""
+    return not type(one).__module__.startswith(f"{__package__}.")
+
+
 def finger_needed(finger: object) -> None:
     """Refuse what is no finger where one comes first."""
     if not isinstance(finger, Finger):  # asked at every frame of a live loop
@@ -149,10 +154,11 @@ class Finger(Tabled, Frozen):
         if not isinstance(known, MeasuredResponse | None) or (known is not None and known.sensors != len(self.array)):
             rule = f"a MeasuredResponse of {len(self.array)} sensors is needed, or none"
             raise InvalidValueError(f"measured = {known!r}", rule, "MeasuredResponse.from_touches(...)")
-        who = type(self.skin).__name__
-        _check.several(f"{who}.materials", self.skin.materials, Material, "return (Material(young=0.4e6),)")
-        _check.scalar(f"{who}.thickness", self.skin.thickness, unit="m", above=0.0, finite=False)
-        for kind in set(self.array.transducers):
+        if _is_foreign(self.skin):
+            who = type(self.skin).__name__
+            _check.several(f"{who}.materials", self.skin.materials, Material, "return (Material(young=0.4e6),)")
+            _check.scalar(f"{who}.thickness", self.skin.thickness, unit="m", above=0.0, finite=False)
+        for kind in filter(_is_foreign, set(self.array.transducers)):
             _check.noun(f"{type(kind).__name__}.unit", kind.unit, str, 'return "Pa", or "" of a strain')
             _check.flag(f"{type(kind).__name__}.linear", kind.linear)
         widest, shallowest = float(np.abs(self.array.points).max()), float(np.asarray(self.array.depth).min())
@@ -271,12 +277,14 @@ class Finger(Tabled, Frozen):
         for kind, sensors, felt, weights in self._groups[linear]:
             if felt not in states:
                 states[felt] = felt(wide)
-                _check.noun(f"{type(self.skin).__name__}.at(...)(contact)", states[felt], State, "State(stress, ...)")
-            count = out.shape[-1] if isinstance(sensors, slice) else len(sensors)
-            values = _check.returned(
-                f"{type(kind).__name__}.measure", kind.measure(states[felt]), (*shape, count, weights.size),
-                exactly=True,
-            )  # fmt: skip
+                if not isinstance(states[felt], State):
+                    said = f"{type(self.skin).__name__}.at(...)(contact)"
+                    _check.noun(said, states[felt], State, "State(stress, ...)")
+            values = kind.measure(states[felt])
+            if _is_foreign(kind):
+                count = out.shape[-1] if isinstance(sensors, slice) else len(sensors)
+                said = f"{type(kind).__name__}.measure"
+                values = _check.returned(said, values, (*shape, count, weights.size), exactly=True)
             out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
         return out
 

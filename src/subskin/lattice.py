@@ -32,7 +32,8 @@ def _checked(make: _Make) -> _Make:
     def checked(cls: Any, *values: Any, **given: Any) -> Any:
         called = f"{cls.__name__}.{make.__name__}"
         known = [*named, *(f.name for f in fields(cls) if f.name not in (*named, "y", "z"))]
-        _check.no_options({name: value for name, value in given.items() if name not in known}, ", ".join(known), called)
+        if unknown := {name: value for name, value in given.items() if name not in known}:
+            _check.no_options(unknown, ", ".join(known), called)
         try:
             signature.bind(cls, *values, **given)
         except TypeError as error:

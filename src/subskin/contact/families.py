@@ -61,7 +61,8 @@ def family_of(family: str | Family) -> Family:
     """
     known = families()
     if isinstance(family, str):
-        _check.choice("family", family, known, 'family="hertz"')
+        if family not in known:
+            _check.choice("family", family, known, 'family="hertz"')
         return known[family]
     if isinstance(family, type) and issubclass(family, SpreadContact | LineLoad):
         return family

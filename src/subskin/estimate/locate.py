@@ -97,7 +97,8 @@ def locator(
     0.5
     """
     finger_needed(finger)
-    checked_family(family)
+    if not isinstance(family, str):
+        checked_family(family)
     _check.no_options(_unknown, _OPTIONS)
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers

@@ -29,7 +29,7 @@ def opened(path: str | Path) -> Iterator[io.BufferedReader]:
     FileError
         No such file, no permission, a folder; it ends with an error while it is read.
     """
-    at = path_of(path)
+    at = Path(path) if isinstance(path, str | Path) else path_of(path)
     name = "standard input" if str(path) == "-" else str(path)
     with contextlib.ExitStack() as stack:
         try:
@@ -83,7 +83,7 @@ def check_target(path: str | Path) -> None:
     FileError
         The path is a folder, or its folder does not exist.
     """
-    target = path_of(path)
+    target = Path(path) if isinstance(path, str | Path) else path_of(path)
     try:
         if target.is_dir():
             raise FileError(str(path), "it is a folder", "name a file")
@@ -145,7 +145,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         with _spooled() as part:
             yield part
         return
-    target = path_of(path)
+    target = Path(path) if isinstance(path, str | Path) else path_of(path)
     if target.is_symlink():
         target = _behind(target)
     check_target(target)

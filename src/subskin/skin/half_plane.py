@@ -60,7 +60,8 @@ class HalfPlane(Skin):
 
     def __post_init__(self) -> None:
         _check.noun("material", self.material, Material, "Material(young=0.4e6)")
-        _check.choice("plane", self.plane, ("strain", "stress"))
+        if not isinstance(self.plane, str) or self.plane not in ("strain", "stress"):
+            _check.choice("plane", self.plane, ("strain", "stress"))
 
     @property
     def materials(self) -> tuple[Material, ...]:  # noqa: D102

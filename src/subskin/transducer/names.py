@@ -59,7 +59,8 @@ def class_of(kind: str) -> type[Transducer]:
     >>> class_of("mean_pressure").__name__
     'MeanPressure'
     """
-    _check.noun("kind", kind, str, 'kind="mean_pressure"')
+    if not isinstance(kind, str):
+        _check.noun("kind", kind, str, 'kind="mean_pressure"')
     known, seen = kinds(), f'kind = "{kind}"'
     if kind in known:
         return known[kind]
