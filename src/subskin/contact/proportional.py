@@ -153,7 +153,8 @@ class ProportionalContact(Contact):
             foreign = not type(self).__module__.startswith(_OURS)
             f, df = (self._returned("unit_transform", part, z.shape) for part in closed) if foreign else closed
             h = self.unit_shear_field(z, f, df)
-            h = self._returned("unit_shear_field", h, z.shape) if foreign else h
+            if foreign:
+                h = _check.returned(f"{who}.unit_shear_field", h, np.broadcast_shapes(z.shape, self.shape))
         normal, tangential = self.components[..., 0], self.components[..., 1]
         return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
 

@@ -366,7 +366,8 @@ def writing(path: str | Path) -> Iterator[TableWriter]:
     ...     read_table(f"{folder}/touches.csv").numbers("y").tolist()
     [0.001, 0.002]
     """
-    parquet = (Path(path) if isinstance(path, str | Path) else path_of(path)).suffix.lower() in _PARQUET
+    at = Path(path) if isinstance(path, str | Path) else path_of(path)
+    parquet = at.suffix.lower() in _PARQUET
     if parquet:
         need_pyarrow(str(path))
     with replacing(path) as part:
