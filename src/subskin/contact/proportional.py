@@ -150,11 +150,13 @@ class ProportionalContact(Contact):
             if not isinstance(closed, tuple) or len(closed) != 2:
                 seen, rule = f"{who}.unit_transform gave {_check.shown(closed)}", "F and dF/dz are needed, or None"
                 raise InvalidValueError(seen, rule, "return f, df")
-            foreign = not type(self).__module__.startswith(_OURS)
-            f, df = (self._returned("unit_transform", part, z.shape) for part in closed) if foreign else closed
+            f, df = closed
+            full, foreign = np.broadcast_shapes(z.shape, self.shape), not type(self).__module__.startswith(_OURS)
+            if foreign:
+                f, df = (_check.returned(f"{who}.unit_transform", part, full) for part in closed)
             h = self.unit_shear_field(z, f, df)
             if foreign:
-                h = _check.returned(f"{who}.unit_shear_field", h, np.broadcast_shapes(z.shape, self.shape))
+                h = _check.returned(f"{who}.unit_shear_field", h, full)
         normal, tangential = self.components[..., 0], self.components[..., 1]
         return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
 
