@@ -484,7 +484,7 @@ class TestLattices:
         row, pad = finger(), ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D))
         for call, message in (
             (lambda: sensor_density(row, lattice="square"), "solved in a plane"),
-            (lambda: sensor_density(pad, lattice="round"), "row, square, hexagonal"),
+            (lambda: sensor_density(pad, lattice="round"), '"row", "square" or "hexagonal"'),
             (lambda: sensor_density(pad, lattice="square", contact=ss.Hertz(1.0, half_width=D)), "worst case"),
             (lambda: aliasing_error(row), "a long contact"),
             (lambda: aliasing_error(pad, lattice="square"), "pitch="),

@@ -228,7 +228,7 @@ def test_an_answer_at_the_edge_of_the_search_is_not_sure():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        ({"family": "sphere"}, "one of hertz, line, punch, strip, wedge"),
+        ({"family": "sphere"}, '"hertz", "line", "punch", "strip" or "wedge"'),
         ({"family": 3}, "subclass of SpreadContact"),
         ({"family": "hertz", "half_width": (2e-3, 1e-3)}, "ascending"),
         ({"family": "hertz", "half_width": (-1e-3, 1e-3)}, "width"),

@@ -132,7 +132,7 @@ def test_a_raw_recording_goes_one_way(rig):
     frames = file.frames(read_table(folder / "raw.csv"))
     np.testing.assert_array_equal(file.run(*frames)["found"].table, found.table)
     np.testing.assert_array_equal(file.tare(*frames).readings, out["tare"].readings)
-    np.testing.assert_array_equal(file.locate(file.tare(*frames).readings).table, found.table)
+    np.testing.assert_array_equal(file.locate(file.tare(*frames).given_on).table, found.table)
     ran = subskin("locate", folder / "calibrated.toml", folder / "raw.csv", "--tare", "-o", folder / "found.csv")
     assert (ran.code, ran.err) == (0, "")
     table = read_table(folder / "found.csv")
@@ -154,7 +154,8 @@ def test_differences_have_no_offset_of_the_raw_readings_and_no_range(rig):
     away = replace(file, finger=replace(file.finger, array=array))
     tared = away.tare(raw / 100, time)
     np.testing.assert_allclose(tared.readings, raw - tared.offset, atol=1e-6)
-    assert tared.doubts == ()
+    assert "fitted to presses" in tared.doubts[0]
+    assert file.tare(raw / 100, time).doubts == ()
     plain = ss.Tare(away.finger, drift=20.0)(raw, time)
     np.testing.assert_allclose(plain.readings, raw - plain.offset + 500, atol=1e-6)
     assert "differences = true under [calibration]" in plain.doubts[0]

@@ -287,7 +287,7 @@ class TestFingerSection:
         assert re.search(r"\[(%|kPa)\]$", bar.get_ylabel())
 
     def test_bad_input_is_said(self):
-        with pytest.raises(InvalidValueError, match=r"strain\.xx, strain\.yy"):
+        with pytest.raises(InvalidValueError, match=r'"strain\.xx", "strain\.yy"'):
             finger_section(FINGER, TOUCH, component="strain")
         with pytest.raises(GeometryError, match="a single contact"):
             finger_section(FINGER, ss.LineLoad([1.0, 2.0]))

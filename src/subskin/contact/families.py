@@ -73,8 +73,8 @@ def family_of(family: str | Family) -> Family:
 def checked_family(family: object) -> None:
     """Refuse what is neither a name nor a class: an array has no single answer to `==`."""
     if not isinstance(family, str | type):
-        rule = "the name or the class of a family of contacts is needed"
-        raise InvalidValueError(f"family = {_check.shown(family)}", rule, 'family="hertz"')
+        rule = "the name of a family, or a subclass of SpreadContact, on an area of RoundContact, is needed"
+        raise InvalidValueError(f"family = {_check.shown(family)}", rule, '"hertz" on a row, "round_hertz" on an area')
 
 
 def local_families() -> dict[str, LocalFamily]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import Any, NamedTuple, overload
 
 import numpy as np
@@ -218,7 +217,7 @@ class ImageMapper(SurfaceMapper):
         """Of a drag by the friction, as it is free to be (3,)."""
         return np.array([1.0, self.friction, self.friction])
 
-    @cached_property
+    @property
     def shear_seen(self) -> float:
         """Share of the drag's components that are seen beside an unknown pressure, along y or z, the less."""
         hats = self._hats(self.finger.array.live)
