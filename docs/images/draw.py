@@ -267,20 +267,21 @@ def pressure() -> Figure:
 
 def pressure_area() -> Figure:
     """What the block on an area of docs/pressure.md finds, beside what pressed."""
-    text = (HERE.parent / "pressure.md").read_text(encoding="utf-8")
-    program = text.split("## On an area")[1].split("```python\n")[1].split("```")[0]
-    made: dict[str, Any] = {"ss": ss, "np": np}
-    exec(program, made)
-    return pressure_image_figure(made["image"], truth=made["touch"])
+    return _image_of("## On an area", truth="touch")
 
 
 def pressure_free() -> Figure:
     """What the block on a free drag of docs/pressure.md finds, beside what pressed."""
+    return _image_of("**A free drag.**", truth="twist")
+
+
+def _image_of(heading: str, *, truth: str) -> Figure:
+    """The image that the first block below a heading of docs/pressure.md makes, and its contact of that name."""
     text = (HERE.parent / "pressure.md").read_text(encoding="utf-8")
-    program = text.split("**A free drag.**")[1].split("```python\n")[1].split("```")[0]
+    program = text.split(heading)[1].split("```python\n")[1].split("```")[0]
     made: dict[str, Any] = {"ss": ss, "np": np}
     exec(program, made)
-    return pressure_image_figure(made["image"], truth=made["twist"])
+    return pressure_image_figure(made["image"], truth=made[truth])
 
 
 def response() -> Figure:

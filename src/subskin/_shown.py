@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib import import_module
@@ -55,7 +56,7 @@ class Drawing:
         return function if thing is None else function.__get__(thing, owner)
 
 
-class Tabled:
+class Tabled(ABC):
     """A thing that people see as a title and a table; as a dataclass it is made with `repr=False`."""
 
     _HEADS: tuple[str, ...] = ()  # of the columns, in a notebook
@@ -63,8 +64,9 @@ class Tabled:
     def _title(self) -> str:
         return type(self).__name__
 
+    @abstractmethod
     def _shown(self) -> Sequence[Sequence[str]]:
-        raise NotImplementedError
+        """Rows of the table."""
 
     def __repr__(self) -> str:
         return lines(self._title(), self._shown())

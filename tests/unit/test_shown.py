@@ -213,7 +213,8 @@ def test_a_colour_bar_lies_on_the_page_and_says_the_strain(force, area):
     power = re.search(r"10\^\{(-?\d+)\}", bar.get_ylabel())
     scale = 10.0 ** int(power[1]) if power else 1.0
     ticks = [scale * float(text.get_text().replace("−", "-")) for text in bar.get_yticklabels()]
-    np.testing.assert_allclose(ticks, bar.get_yticks(), rtol=1e-6)
+    assert len(ticks) > 2
+    np.testing.assert_allclose(ticks, bar.get_yticks(), rtol=1e-6, equal_nan=False)
 
 
 def test_a_legend_has_no_minus_zero():

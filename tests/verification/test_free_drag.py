@@ -112,6 +112,7 @@ def test_no_generators_of_the_cones_have_less(slipping):
     """scipy's nnls on 48 edges of each pressed node's cone: what it finds is as near as edges are, and never less."""
     columns, form, b, x = slipping.dense(0)
     near, m = np.flatnonzero(x[0] > 0), x.shape[1]
+    assert near.size > 8
     rows = np.concatenate([near, near + m, near + 2 * m])
     turns = 2 * np.pi / 48 * np.arange(48)
     edges = np.kron(np.stack([np.ones(48), np.cos(turns), np.sin(turns)]), np.eye(near.size))
@@ -169,6 +170,7 @@ def test_band_with_dense_matrices(slipping):
     found, m = slipping.found[0], x.shape[1]
     shape = tuple(np.array(found.pressure.shape) - 2)
     near = np.flatnonzero(binary_dilation((x[0] > 0).reshape(shape), np.ones((3, 3))).reshape(-1))
+    assert near.size > 8
     rows = np.concatenate([near, near + m, near + 2 * m])
     a, k, p = columns[rows].T, form[np.ix_(rows, rows)], x.reshape(-1)[rows]
     h = np.linalg.inv(a.T @ a + k)

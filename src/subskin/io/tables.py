@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._path import path_of
 from ..errors import FileError, InvalidValueError
 from ._csv import CsvReader, csv_head, csv_rows, number_of
 from ._parquet import ParquetReader, ParquetWriter, need_pyarrow
@@ -366,9 +365,7 @@ def writing(path: str | Path) -> Iterator[TableWriter]:
     ...     read_table(f"{folder}/touches.csv").numbers("y").tolist()
     [0.001, 0.002]
     """
-    at = Path(path) if isinstance(path, str | Path) else path_of(path)
-    parquet = at.suffix.lower() in _PARQUET
-    if parquet:
+    if parquet := str(path).lower().endswith(_PARQUET):
         need_pyarrow(str(path))
     with replacing(path) as part:
         table = TableWriter(part, parquet)
