@@ -224,3 +224,16 @@ def test_files_and_simulated_time_are_not_read_early(tmp_path):
     assert not Log(FilePort(str(tmp_path / "log.csv")), driver, rate=10.0).real_time
     assert not Simulated(lambda at: at[:, None], driver, batch=0.1).real_time
     assert Simulated(lambda at: at[:, None], driver).real_time
+
+
+def test_it_leaves_once():
+    """Told twice, by the pipe and by the first process, it does not break off what the first made it begin to end."""
+    script = (
+        "import signal, os, time\n"
+        "from subskin.cli.live_preview import _leave\n"
+        "signal.signal(signal.SIGTERM, _leave)\n"
+        "try:\n    os.kill(os.getpid(), signal.SIGTERM); time.sleep(60)\n"
+        "finally:\n    os.kill(os.getpid(), signal.SIGTERM); time.sleep(0.1); print('cursor shown')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (0, "cursor shown\n"), done.stderr

@@ -114,14 +114,14 @@ class Preview:
         self._ended.set()
         process.terminate()
         try:
-            code = process.wait(_PATIENCE)
+            process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
             process.kill()
-            code = process.wait()
-        if code and self._bars:
+            process.wait()
+        if self._bars:
             from rich.console import Console
 
-            Console().show_cursor()  # which the picture had hidden
+            Console().show_cursor()  # which the picture hid, and did not show again where it was ended as it ended
 
     def _seen(self, host: float, what: bytes | str, values: Mapping[str, Any]) -> None:
         """Take what was read, in the reader's thread."""
@@ -217,7 +217,7 @@ class _Shown:
 
 def main() -> None:
     """Be the second process, until it is ended or the pipe from the first is."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    signal.signal(signal.SIGTERM, _leave)
     try:
         setup: _Setup = pickle.load(sys.stdin.buffer)
         inbox: SimpleQueue[_Few] = SimpleQueue()
@@ -225,6 +225,12 @@ def main() -> None:
         _show(setup, inbox)
     finally:
         os._exit(0)  # the thread that listens holds standard input
+
+
+def _leave(*_: object) -> None:
+    """Leave once: the end of the pipe and the first process both say so, and the picture has to end in between."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    sys.exit()
 
 
 def _listen(inbox: SimpleQueue[_Few]) -> None:
