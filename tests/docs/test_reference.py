@@ -5,10 +5,12 @@ from __future__ import annotations
 import importlib
 import re
 import sys
+from functools import cached_property, reduce
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from numpydoc.docscrape import NumpyDocString
 
 import subskin
 
@@ -62,6 +64,24 @@ def test_every_key_of_the_finger_file_is_on_the_page_of_the_command_line() -> No
         assert f"[{name}]" in page
         model = next(m for m in (annotation, *getattr(annotation, "__args__", ())) if hasattr(m, "model_fields"))
         assert [key for key in model.model_fields if f"`{key}`" not in page] == [], name
+
+
+def test_no_attribute_is_described_twice() -> None:
+    """In the list of the class and at its property: Sphinx says so, but only a minute into the docs."""
+    classes = [kind for way in ways() if isinstance(kind := named(way), type)]
+    listed = {kind: {field.name for field in NumpyDocString(kind.__doc__ or "")["Attributes"]} for kind in classes}
+    twice = [f"{kind.__name__}.{name}" for kind in classes for name in listed[kind] if described(kind, name)]
+    assert sum(map(len, listed.values())) > 100
+    assert twice == []
+
+
+def named(way: str) -> object:
+    return reduce(getattr, way.split("."), subskin)
+
+
+def described(kind: type, name: str) -> bool:
+    member = vars(kind).get(name)
+    return isinstance(member, property | cached_property) and bool(member.__doc__)
 
 
 @pytest.fixture

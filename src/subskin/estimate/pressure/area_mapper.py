@@ -103,9 +103,6 @@ class ImageMapper(SurfaceMapper):
     ----------
     y, z : ndarray
         The nodes along y and along z [m], (ny,) and (nz,).
-    shear_seen : float
-        Share of the drag's components that are seen beside an unknown pressure, along y or z, the less, in readings a
-        hundred times above the noise; "free" needs 0.25.
 
     Raises
     ------
@@ -219,7 +216,10 @@ class ImageMapper(SurfaceMapper):
 
     @property
     def shear_seen(self) -> float:
-        """Share of the drag's components that are seen beside an unknown pressure, along y or z, the less."""
+        """Share of the drag's components that are seen beside an unknown pressure, along y or z, the less.
+
+        It holds for readings a hundred times above the noise; shear="free" needs 0.25.
+        """
         hats = self._hats(self.finger.array.live)
         return shear_seen(*(hats.columns(i) for i in range(3)), prior=self._prior, above=_ABOVE)
 
