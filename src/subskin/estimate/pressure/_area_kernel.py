@@ -11,16 +11,14 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..scan import MOST_CHI2
 from . import _on_area as on_area
 from . import columns as column
 from ._area_solver import in_turn, together
+from ._frame import AMBIGUOUS, EDGE, OK, UNEXPLAINED, begun, next_factor
 from ._solver import variance_of
 from ._weight import HIGHEST, LOWEST, weigh
 from .hats import COARSE
 
-_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
-_EDGE = 0.02  # of the force
 _NEAR = 0.05
 """Where the search for the drag ends, in its standard deviations."""
 _ROUGHLY = 0.01
@@ -157,8 +155,8 @@ def _totals(row, level, work, count, t, turned, crossed, reach, y, z):
     row[column.AZIMUTH_STD] = std[6] / tangent if tangent > 0.0 else math.inf
     row[column.MOMENT] = row[column.MOMENT_STD] = 0.0  # of a drag in one direction, about the centre of pressure
     # what lies at the edge may lie beyond it; and the angle may be any
-    sure = edge <= _EDGE * normal and max(row[column.ANGLE_STD], std[6]) < 1.0
-    row[column.STATUS] = _OK if sure else _AMBIGUOUS
+    sure = edge <= EDGE * normal and max(row[column.ANGLE_STD], std[6]) < 1.0
+    row[column.STATUS] = OK if sure else AMBIGUOUS
 
 
 @compiled()
@@ -189,17 +187,7 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
     scratch = along, crossed, turned, new
     for f in range(begin, len(readings)):
         row = out[f]
-        row[:] = np.nan
-        usable, power = True, 0.0
-        for i in range(n):
-            usable &= sensors[2, i] < readings[f, i] < sensors[3, i]
-            b[i] = (readings[f, i] - sensors[0, i]) * sensors[1, i]
-            power += b[i] * b[i]
-        if not usable or not power < MOST_CHI2:
-            row[column.STATUS] = _PENDING
-            continue
-        row[column.STATUS], row[column.RESIDUAL] = _NO_CONTACT, power
-        if power <= largest:
+        if not begun(readings[f], sensors, largest, row, b):
             continue
         on_area.forget(rough)
         on_area.forget(work)
@@ -228,18 +216,13 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
             chi2 = 0.0
             for i in range(n):
                 chi2 += work[3][i] * work[3][i]
-            if count < 0:
-                factor = 9.0  # too little smoothness for the arithmetic
-            elif chi2 <= largest or factor > 1.0:
-                break
-            else:
-                factor = 1.0 / 9.0  # too smooth for these readings
+            factor = next_factor(factor, count, chi2, largest)
             if not lowest <= w * factor <= highest:
                 break
             w *= factor
         row[column.RESIDUAL], row[column.WEIGHT], row[column.LEAN] = chi2, w, lean
         if count < 0 or not chi2 <= largest:
-            row[column.STATUS] = _UNEXPLAINED
+            row[column.STATUS] = UNEXPLAINED
             continue
         _totals(row, fine, work, count, t, turned, crossed, reach, y, z)
         row[column.AREA_WIDTH :] = work[1]

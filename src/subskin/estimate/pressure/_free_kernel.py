@@ -10,17 +10,15 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..scan import MOST_CHI2
 from . import columns as column
 from ._area_kernel import weight_of
+from ._frame import AMBIGUOUS, EDGE, OK, UNEXPLAINED, begun, next_factor
 from ._free_parts import along, forget
 from ._free_solver import minimise
 from ._solver import forward
 from ._weight import HIGHEST, LOWEST
 from .hats import COARSE
 
-_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
-_EDGE = 0.02  # of the force
 _BRIGHT = 0.05
 """Share of the largest height from which an element is thought to be pressed."""
 
@@ -114,8 +112,8 @@ def _totals(row, level, work, count, friction, y, z):
     row[column.AZIMUTH_STD] = std[6] / tangent if tangent > 0.0 else math.inf
     row[column.MOMENT], row[column.MOMENT_STD] = moment, std[7]
     # what lies at the edge may lie beyond it; and the angle may be any
-    sure = edge <= _EDGE * normal and max(row[column.ANGLE_STD], std[6]) < 1.0
-    row[column.STATUS] = _OK if sure else _AMBIGUOUS
+    sure = edge <= EDGE * normal and max(row[column.ANGLE_STD], std[6]) < 1.0
+    row[column.STATUS] = OK if sure else AMBIGUOUS
 
 
 @compiled()
@@ -132,17 +130,7 @@ def map_free_frames(begin, readings, sensors, limits, basis, squares, spread, fe
     lowest, highest = math.exp(LOWEST) * top, math.exp(HIGHEST) * top
     for f in range(begin, len(readings)):
         row = out[f]
-        row[:] = np.nan
-        usable, power = True, 0.0
-        for i in range(n):
-            usable &= sensors[2, i] < readings[f, i] < sensors[3, i]
-            b[i] = (readings[f, i] - sensors[0, i]) * sensors[1, i]
-            power += b[i] * b[i]
-        if not usable or not power < MOST_CHI2:
-            row[column.STATUS] = _PENDING
-            continue
-        row[column.STATUS], row[column.RESIDUAL] = _NO_CONTACT, power
-        if power <= largest:
+        if not begun(readings[f], sensors, largest, row, b):
             continue
         if 2 * work[6][m] * 3 > len(work[7]):
             forget(work)  # columns are kept from frame to frame while there is room
@@ -158,18 +146,14 @@ def map_free_frames(begin, readings, sensors, limits, basis, squares, spread, fe
             for i in range(n):
                 chi2 += work[5][i] * work[5][i]
             if count < 0:
-                factor = 9.0  # too little smoothness for the arithmetic
                 x[:] = first
-            elif chi2 <= largest or factor > 1.0:
-                break
-            else:
-                factor = 1.0 / 9.0  # too smooth for these readings
+            factor = next_factor(factor, count, chi2, largest)
             if not lowest <= w * factor <= highest:
                 break
             w *= factor
         row[column.RESIDUAL], row[column.WEIGHT], row[column.LEAN] = chi2, w, 0.0
         if count <= 0 or not chi2 <= largest:
-            row[column.STATUS] = _UNEXPLAINED
+            row[column.STATUS] = UNEXPLAINED
             continue
         _totals(row, level, work, count, friction, y, z)
         row[column.OPTIMALITY] = worst / reach

@@ -11,13 +11,11 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..scan import MOST_CHI2
 from . import columns as column
+from ._frame import AMBIGUOUS, EDGE, OK, UNEXPLAINED, begun, next_factor
 from ._solver import settle, turn, variance_of
 from ._weight import HIGHEST, LOWEST, weigh
 
-_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
-_EDGE = 0.02  # of the force
 _SETTLED, _NEAR = 0.01, 0.03  # of the tangent's standard deviation, on fine and on coarse elements
 
 
@@ -139,7 +137,7 @@ def _totals(row, level, work, count, t, b, surface, sums, along):
     row[column.FORCE_STD], row[column.FORCE_STD + 1], row[column.CENTRE_STD] = sums[0, 0], sums[1, 0], sums[2, 0]
     row[column.ANGLE_STD] = sums[3, 0] / (1.0 + tangent * tangent)
     # what lies at the edge may lie beyond it; and the angle may be any
-    row[column.STATUS] = _AMBIGUOUS if edge > _EDGE * normal or not row[column.ANGLE_STD] < 1.0 else _OK
+    row[column.STATUS] = AMBIGUOUS if edge > EDGE * normal or not row[column.ANGLE_STD] < 1.0 else OK
 
 
 @compiled()
@@ -189,19 +187,7 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
     along, sums = np.empty(n), np.zeros((4, total))
     for f in range(frames):
         row = out[f]
-        row[:] = math.nan
-        power_total, usable = 0.0, True
-        for i in range(n):
-            raw = readings[f, i]
-            usable &= sensors[2, i] < raw < sensors[3, i]
-            b[i] = (raw - sensors[0, i]) * sensors[1, i]
-            power_total += b[i] * b[i]
-        if not (usable and power_total < MOST_CHI2):
-            row[column.STATUS] = _PENDING
-            continue
-        row[column.RESIDUAL] = power_total
-        if power_total <= silent:
-            row[column.STATUS] = _NO_CONTACT
+        if not begun(readings[f], sensors, silent, row, b):
             continue
         t = _first_lean(strips, gauges, b, tangents[-1]) if turns else 0.0
         for level in range(2 if turns else 1):
@@ -223,18 +209,13 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
             chi2 = 0.0
             for i in range(n):
                 chi2 += r[i] * r[i]
-            if count < 0:
-                factor = 9.0  # too little smoothness for the arithmetic
-            elif chi2 <= largest or factor > 1.0:
-                break
-            else:
-                factor = 1.0 / 9.0  # too smooth for these readings
+            factor = next_factor(factor, count, chi2, largest)
             if not lowest <= w * factor <= highest:
                 break
             w *= factor
         row[column.RESIDUAL], row[column.WEIGHT], row[column.LEAN] = chi2, w, lean
         if count < 0 or not chi2 <= largest:
-            row[column.STATUS] = _UNEXPLAINED
+            row[column.STATUS] = UNEXPLAINED
             continue
         _totals(row, fine, work, count, t, b, surface, sums, along)
         _curves(row, x, shares[lean], squares[lean], prior, w, surface)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ __all__ = ["DeviceFeed", "Feed", "PlayedFeed"]
 _WAIT = 0.05
 
 
-class Feed:
+class Feed(ABC):
     """What runs in the thread; `tell` is called when there is something new.
 
     Parameters
@@ -62,8 +63,9 @@ class Feed:
             self.state, self.fault = "failed", str(error)
         self._tell()
 
+    @abstractmethod
     def _follow(self) -> None:
-        raise NotImplementedError
+        """Take batches until their source ends or `_stop` is set."""
 
 
 class DeviceFeed(Feed):
