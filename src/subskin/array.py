@@ -26,6 +26,7 @@ _PER_SENSOR: dict[str, dict[str, Any]] = {
     "depth": {"unit": "m", "above": 0.0, "fix": "depth is measured into the skin"},
     "gain": {},
     "offset": {},
+    "lift": {},
     "noise": {"at_least": 0.0},
     "width": {"unit": "m", "at_least": 0.0},
     "low": {"finite": False},
@@ -46,8 +47,8 @@ _WIDEST = 50.0  # depths
 class SensorArray(LaidOut, Frozen):
     """Sensors in the skin, in a row or on an area.
 
-    A sensor reads gain * (the quantity of its transducer, averaged over its width) + offset + noise, held within [low,
-    high] and rounded to its resolution. Each parameter is one number for all sensors, or one for each sensor. Several
+    A sensor reads gain * (the quantity of its transducer, averaged over its width) + lift * (the normal force) + offset
+    + noise, held within [low, high] and rounded to its resolution. Each parameter is one number for all sensors, or one for each sensor. Several
     sensors may stand at one position: the channels of one device.
 
     Parameters
@@ -72,6 +73,9 @@ class SensorArray(LaidOut, Frozen):
         Step to which a reading is rounded [reading], >= 0; 0 for none.
     z : array_like, optional
         Positions across y [m]; 0 for a row, which is all that a skin of a plane takes.
+    lift : array_like, optional
+        What a load adds to the reading wherever it presses, per unit of its normal force [reading/(N/m), on an area
+        reading/N]: of a skin whose field does not fade as the model's does. `calibrate` fits it to presses.
 
     Raises
     ------
@@ -98,6 +102,7 @@ class SensorArray(LaidOut, Frozen):
     high: npt.ArrayLike = np.inf
     resolution: npt.ArrayLike = 0.0
     z: npt.ArrayLike = 0.0
+    lift: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         given = _check.each({name: getattr(self, name) for name in ("y", *_PER_SENSOR)}, _PER_SENSOR | _METRES)
@@ -131,6 +136,9 @@ class SensorArray(LaidOut, Frozen):
             rule = f"one Transducer, or one for each of the {y.size} sensors, is needed"
             raise GeometryError(f"transducer = {_check.shown(one)}", rule, fix)
         object.__setattr__(self, "transducer", each)
+        if self.lifted and not all(kind.linear for kind in self.transducers):
+            rule = "what a load adds is known of sensors whose readings are proportional to it"
+            raise InvalidValueError(f"lift = {_check.shown(self.lift)}", rule, "lift=0.0, or another transducer")
         ends = np.isfinite(np.array([self.low, self.high]))
         object.__setattr__(self, "_limited", bool(ends.any() or np.any(np.asarray(self.resolution))))
 
@@ -225,6 +233,21 @@ class SensorArray(LaidOut, Frozen):
                 seen, rule, "finger.locate, finger.fit and finger.observable take them, or SensorArray.line(...)"
             )
 
+    def refuse_offset(self) -> None:
+        """Refuse offsets of what reads differences from the free skin.
+
+        Raises
+        ------
+        InvalidValueError
+            Some sensor has an offset.
+        """
+        offset = np.asarray(self.offset)
+        if offset.any():
+            seen = f"offset = {offset[np.argmax(np.abs(offset))]:.6g} of a finger that reads differences"
+            rule = "less the free skin's reading there is none; what presses add to it goes with their force, and is lift"
+            fix = 'calibrate again with lift: --fit gain,lift,depth,origin, or fit=("gain", "lift", "depth", "origin")'
+            raise InvalidValueError(seen, rule, fix)
+
     @property
     def layout(self) -> str:
         """What a person calls where they are, "4 x 4 grid, pitch 3 mm"; "" where they are not set out evenly."""
@@ -241,6 +264,11 @@ class SensorArray(LaidOut, Frozen):
         live = np.asarray(np.asarray(self.gain) != 0)
         live.flags.writeable = False
         return live
+
+    @cached_property
+    def lifted(self) -> bool:
+        """Whether some live sensor has a lift."""
+        return bool(np.any(np.asarray(self.lift)[self.live]))
 
     def select(self, sensors: npt.ArrayLike) -> SensorArray:
         """Some of the sensors as an array of their own.
@@ -267,8 +295,10 @@ class SensorArray(LaidOut, Frozen):
         chosen = {name: np.asarray(getattr(self, name))[index] for name in ("y", *_PER_SENSOR)}
         return replace(self, transducer=tuple(self.transducers[i] for i in index), **chosen)
 
-    def digitise(self, measured: FloatArray, rng: np.random.Generator | None = None) -> FloatArray:
-        """Readings from measured quantities: gain, offset, noise, range, resolution, in this order.
+    def digitise(
+        self, measured: FloatArray, rng: np.random.Generator | None = None, normal_force: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Readings from measured quantities: gain, lift, offset, noise, range, resolution, in this order.
 
         Parameters
         ----------
@@ -276,6 +306,8 @@ class SensorArray(LaidOut, Frozen):
             What the transducers measure [`unit` of each].
         rng : numpy.random.Generator, optional
             Adds each sensor's noise; without it there is none.
+        normal_force : array_like, shape (...), optional
+            Of the load under which this is measured [N/m or N]: each sensor's `lift` adds to the reading.
 
         Returns
         -------
@@ -290,6 +322,8 @@ class SensorArray(LaidOut, Frozen):
         """
         _check.generator(rng)
         readings: FloatArray = np.asarray(self.gain) * measured + np.asarray(self.offset)
+        if self.lifted:
+            readings = readings + np.asarray(self.lift) * np.asarray(normal_force)[..., None]
         if rng is not None:
             readings = readings + np.asarray(self.noise) * rng.standard_normal(readings.shape)
         if not self.__dict__["_limited"]:

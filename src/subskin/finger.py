@@ -310,7 +310,7 @@ class Finger(Tabled, Frozen):
         """
         if self._unread:
             self._doubt(contact)
-        return self.array.digitise(self.measure(contact), rng)
+        return self.array.digitise(self.measure(contact), rng, contact.normal_force)
 
     @cached_property
     def _unread(self) -> list[bool]:
@@ -330,7 +330,7 @@ class Finger(Tabled, Frozen):
     def receptive_field(self, position: npt.ArrayLike, load: Literal["line", "point"] | None = None) -> FloatArray:
         """Change of each reading per unit force of a load at `position` [m].
 
-        It contains the gain, not the offset. Estimators know nothing else of a finger.
+        It contains the gain and the lift, not the offset. Estimators know nothing else of a finger.
 
         Parameters
         ----------
@@ -367,9 +367,15 @@ class Finger(Tabled, Frozen):
                 rule = "a position (y, z) is needed, shape (..., 2)"
                 raise GeometryError(f"position of shape {at.shape}", rule, "(1e-3, 0.5e-3)")
             points = PointLoad(components=np.eye(3), position=at[..., None, :])
-            return gain * np.swapaxes(self.measure(points, linear=True), -1, -2)
+            return self._with_lift(gain * np.swapaxes(self.measure(points, linear=True), -1, -2))
         units = _UNIT_LOADS.moved(at[..., None, None, None])
-        return gain * np.swapaxes(self._measured(units, (*at.shape, 2), linear=True), -1, -2)
+        return self._with_lift(gain * np.swapaxes(self._measured(units, (*at.shape, 2), linear=True), -1, -2))
+
+    def _with_lift(self, fields: FloatArray) -> FloatArray:
+        """Readings (..., n, k) under unit forces, those under the normal one with each sensor's lift."""
+        if self.array.lifted:
+            fields[..., 0] += np.asarray(self.array.lift)
+        return fields
 
     @cached_property
     def _linear_gain(self) -> FloatArray:

@@ -70,6 +70,8 @@ class RadialResponse(Frozen):
         (delta_y + i delta_z)^m, function, sign.
     error : float
         Largest error seen between the nodes, relative to the largest reading.
+    lift : ndarray, shape (n,), or 0
+        What a unit normal force adds to each reading, at any distance [reading/N].
     """
 
     points: FloatArray
@@ -79,6 +81,7 @@ class RadialResponse(Frozen):
     coefficients: FloatArray
     terms: npt.NDArray[np.intp]
     error: float = 0.0
+    lift: FloatArray | float = 0.0
 
     def __repr__(self) -> str:
         orders = ", ".join(str(m) for m in sorted(set(self.terms[:, 1].tolist())))
@@ -133,7 +136,31 @@ class RadialResponse(Frozen):
         """The response of some of the `sensors`, given by a mask or by indices."""
         at = np.asarray(sensors)
         points, depth, gain = (_check.read_only(part[at]) for part in (self.points, self.depth, self.gain))
-        return replace(self, points=points, depth=depth, gain=gain, kind=self.kind[at])
+        lift = np.broadcast_to(self.lift, self.kind.shape)[at]
+        return replace(self, points=points, depth=depth, gain=gain, kind=self.kind[at], lift=lift)
+
+    def separate(self) -> RadialResponse:
+        """The same with a table for each sensor, its lift in that: compiled loops know tables alone."""
+        if not np.any(self.lift):
+            return self
+        terms, tables = self.lifted(self.coefficients)
+        return replace(self, kind=np.arange(self.sensors), coefficients=tables, terms=terms, lift=0.0)
+
+    def lifted(self, coefficients: FloatArray) -> tuple[npt.NDArray[np.intp], FloatArray]:
+        """Terms, and tables (..., n, cells, functions, 6) of each sensor, of `coefficients` (..., kinds, ...).
+
+        The lift is in the first of the tables, or in the only one.
+        """
+        terms, tables = np.array(self.terms), coefficients[..., self.kind, :, :, :]
+        row = np.flatnonzero((terms[:, :3] == 0).all(axis=1))  # what N makes the same all round
+        if not row.size or (terms[:, 3] == terms[row[0], 3]).sum() > 1:  # there is none, or other terms share it
+            own = tables[..., terms[row, 3], :] * terms[row, 4, None] if row.size else 0.0 * tables[..., :1, :]
+            terms = np.concatenate([[[0, 0, 0, tables.shape[-2], 1]], np.delete(terms, row, axis=0)])
+            tables, row = np.concatenate([tables, own], axis=-2), np.zeros(1, dtype=np.intp)
+        _, _, _, function, sign = terms[row[0]]
+        first = tables if tables.ndim == 4 else tables[0]
+        first[:, :, function, 0] += (sign * self.lift / np.where(self.gain == 0, np.inf, self.gain))[:, None]
+        return terms, np.ascontiguousarray(tables)
 
     def __call__(self, position: npt.ArrayLike) -> FloatArray:
         """Readings per unit of (N, Ty, Tz), shape (..., n, 3).
@@ -149,6 +176,7 @@ class RadialResponse(Frozen):
             self.points, self.depth, self.gain, self.kind, self.coefficients, self.terms, PER_OCTAVE,
             at.reshape(-1, 2), out.reshape(-1, self.sensors, 3),
         )  # fmt: skip
+        out[..., 0] += self.lift
         return out
 
     def slopes(self, position: npt.ArrayLike) -> FloatArray:
@@ -241,7 +269,8 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
         ]
         terms, tables, error = shared(every)
         kind = np.array([list(each).index(key) for key in keys])
-        return RadialResponse(array.points, depth, np.asarray(array.gain), kind, tables, terms, error)
+        lift = np.asarray(array.lift) if array.lifted else 0.0
+        return RadialResponse(array.points, depth, np.asarray(array.gain), kind, tables, terms, error, lift)
 
     return prepared(finger).get(("radial", float(radius)), make)
 

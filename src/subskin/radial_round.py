@@ -64,6 +64,11 @@ class RoundResponse(Frozen):
         """The response of some of the `sensors`, given by a mask or by indices."""
         return replace(self, table=self.table.select(sensors))
 
+    def separate(self) -> RoundResponse:
+        """As `RadialResponse.separate`."""
+        table = self.table.separate()
+        return self if table is self.table else replace(self, table=table, sums=self.table.lifted(self.sums)[1])
+
     def at(self, half_width: float) -> RadialResponse:
         """The response to contacts of one `half_width` [m]."""
         shares = np.polynomial.chebyshev.chebvander(2 * (half_width / self.widest) ** 2 - 1, len(self.sums) - 1)[0]
@@ -165,7 +170,7 @@ def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, w
                     return None
             if not any(functions.any() for functions, *_ in every):
                 return None
-        return _over_widths(point, every, widest)
+        return _over_widths(replace(point, lift=0.0), every, widest)  # a moment presses nothing
 
     return prepared(finger).get(("moment", family, float(radius), float(widest)), make)
 

@@ -61,7 +61,9 @@ class UnknownTouch(NamedTuple):
             local: type[PointLoad | RoundHertz] = RoundHertz if wide else PointLoad
             contact = local(components=units, position=positions[:, None], **wide)
         measured = np.swapaxes(finger.measure(contact, linear=True), -1, -2)
-        return np.asarray(np.asarray(finger.array.gain)[:, None] * measured)
+        out = np.asarray(finger.array.gain)[:, None] * measured
+        out[..., 0] += np.asarray(finger.array.lift)
+        return np.asarray(out)
 
     def locate(self, finger: Finger, array: SensorArray, ends: FloatArray, readings: FloatArray) -> Estimate:
         """Touches (m,) on `finger` within `ends` (d, 2) [m], by the noise of `array`."""

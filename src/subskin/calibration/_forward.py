@@ -198,9 +198,8 @@ class Forward:
             yield from self.unit(p, positions - np.asarray(origins[i : i + step])[:, None], load)
 
     def readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
-        """Readings with the finger's own gains and offsets, shape (m, n)."""
-        array = self.finger.array
-        return np.asarray(np.asarray(array.gain) * self.unit(p, positions, load) + np.asarray(array.offset))
+        """Readings with the finger's own gains, lifts and offsets, shape (m, n)."""
+        return self.finger.array.digitise(self.unit(p, positions, load), normal_force=load[:, 0])
 
     def expansion(self, p: FloatArray) -> FloatArray:
         """How what is reported follows from p, shape (reported, size).

@@ -22,7 +22,9 @@ from .uncertainty import Uncertainty
 
 __all__ = ["LINEAR", "Fit"]
 
-LINEAR = ("gain", "offset")
+LINEAR = ("gain", "offset", "lift")
+_ORDER = (1, 2, 0)
+"""In which these are made orthogonal: what is the same everywhere first, for gains stand for what changes."""
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
 _MOVES = 10.0
@@ -75,36 +77,51 @@ class Fit(Frozen):
             rule = "the finger's response in place is that of normal forces"
             raise GeometryError("touches that drag", rule, "angle=0, or dataclasses.replace(finger, measured=None)")
         known = known.select(self.live)
-        return replace(self.finger, array=replace(array, offset=known.offset), measured=known)
+        return replace(self.finger, array=replace(array, offset=known.offset, lift=0.0), measured=known)
 
     def unit_readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read of touches at `positions` (m,) on the motor's axis, with `load` (m, 2)."""
         return self.forward.unit(p, *self.forward.moved(p, self.origin, positions, load))
 
-    def linear(self, unit: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gains and offsets that fit best to what unit gains would read."""
+    def linear(self, unit: FloatArray) -> FloatArray:
+        """Gains, offsets and lifts that fit best to what unit gains would read, (3, n): by Gram and Schmidt."""
         array = self.forward.finger.array
-        gain, offset = np.array(array.gain), np.array(array.offset)
-        m = self.seen
-        fit_gain, fit_offset = "gain" in self.names, "offset" in self.names
-        count = m.sum(axis=0)
-        d, u = np.where(m, self.data, 0.0), np.where(m, unit, 0.0)
-        if fit_gain and fit_offset:
-            mean_u, mean_d = u.sum(axis=0) / count, d.sum(axis=0) / count
-            du, dd = np.where(m, unit - mean_u, 0.0), np.where(m, self.data - mean_d, 0.0)
-            gain = (du * dd).sum(axis=0) / _divisor((du * du).sum(axis=0))
-            offset = mean_d - gain * mean_u
-        elif fit_gain:
-            gain = (u * np.where(m, self.data - offset, 0.0)).sum(axis=0) / _divisor((u * u).sum(axis=0))
-        elif fit_offset:
-            offset = (d - gain * u).sum(axis=0) / count
-        return gain, offset
+        found = np.stack([np.asarray(getattr(array, name)) for name in LINEAR])
+        columns = np.where(self.seen, self._columns(unit), 0.0)
+        rest = np.where(self.seen, self.data, 0.0)
+        fitted = [i for i in _ORDER if LINEAR[i] in self.names]
+        for i in {*_ORDER} - {*fitted}:
+            rest = rest - found[i] * columns[i]
+        shares = {}
+        for k, i in enumerate(fitted):
+            square = _divisor((columns[i] ** 2).sum(axis=0))
+            found[i] = (columns[i] * rest).sum(axis=0) / square
+            rest = rest - found[i] * columns[i]
+            for j in fitted[k + 1 :]:
+                shares[i, j] = (columns[i] * columns[j]).sum(axis=0) / square
+                columns[j] -= shares[i, j] * columns[i]
+        for k, i in reversed([*enumerate(fitted)]):
+            for j in fitted[k + 1 :]:
+                found[i] -= shares[i, j] * found[j]
+        return found
+
+    def _columns(self, unit: FloatArray) -> FloatArray:
+        """What gains, offsets and lifts are multiplied by, (3, m, n)."""
+        return np.stack(np.broadcast_arrays(unit, 1.0, self.load[:, :1]))
+
+    def model(self, unit: FloatArray) -> FloatArray:
+        """Readings (m, n) by the linear numbers that fit best, where unit gains would read `unit`."""
+        return np.asarray((self.linear(unit)[:, None] * self._columns(unit)).sum(axis=0))
+
+    @property
+    def rest(self) -> FloatArray:
+        """What the solution leaves of the readings, (m, n)."""
+        return self.data - self.modelled
 
     def residual(self, p: FloatArray, unit: FloatArray | None = None) -> FloatArray:
         """What parameters p leave of the readings that there are, in noises."""
         unit = self.unit_readings(p, self.positions, self.load) if unit is None else unit
-        gain, offset = self.linear(unit)
-        return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
+        return np.asarray(((self.data - self.model(unit)) / self.noise)[self.seen])
 
     def without(self, rows: npt.NDArray[np.intp]) -> Fit:
         """The same, fitted to the other touches, from where this one came to lie."""
@@ -127,17 +144,18 @@ class Fit(Frozen):
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
                 p = found.x
             unit = self.unit_readings(p, self.positions, self.load)
-            gain, offset = self.linear(unit)
-            rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
+            self.gain, self.offset, self.lift = self.linear(unit)
+            self.modelled = self.model(unit)
+            rest = np.where(self.seen, self.rest, 0.0)
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
             noise = np.sqrt((rest**2).sum(axis=0) / degrees)
             # touches that happen to fit tell less of the noise than the finger as it was
-            noise = self.forward.pooled(np.maximum(noise, self.stated), gain)
+            noise = self.forward.pooled(np.maximum(noise, self.stated), self.gain)
             # a floor keeps one sensor that happens to fit exactly from taking all the weight
             self.noise = np.maximum(
                 noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
             )
-        self.p, self.unit, self.gain, self.offset = p, unit, gain, offset
+        self.p, self.unit = p, unit
         return self
 
     def _least(self, p: FloatArray, tolerance: float) -> Any:
@@ -193,7 +211,7 @@ class Fit(Frozen):
         return [float((self.residual(p, unit) ** 2).sum()) for unit in units]
 
     def jacobian(self, positions: FloatArray, load: FloatArray) -> FloatArray:
-        """Change of readings with all parameters, in noises, (m, n, p): forward model, then gains, then offsets."""
+        """Change of readings with all parameters, in noises, (m, n, p): forward model, gains, offsets, lifts."""
         columns = []
         lower, upper = self.forward.bounds()
         for k, h in enumerate(1e-4 * self.forward.scale()):
@@ -203,7 +221,7 @@ class Fit(Frozen):
             change = self.unit_readings(ends[0], positions, load) - self.unit_readings(ends[1], positions, load)
             columns.append(self.gain * change / (ends[0][k] - ends[1][k]))
         unit = self.unit_readings(self.p, positions, load)
-        for name, values in (("gain", unit), ("offset", np.ones_like(unit))):
+        for name, values in zip(LINEAR, np.broadcast_arrays(unit, 1.0, load[:, :1]), strict=True):
             if name in self.names:
                 columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
         return np.stack([c / self.noise for c in columns], axis=-1)
@@ -280,12 +298,13 @@ class Fit(Frozen):
         index = np.flatnonzero(self.live)
         fitted, whole = self.forward.apply(self.p), self.finger.array
         fields: dict[str, Any] = {
-            name: np.array(getattr(whole, name)) for name in ("y", "z", "depth", "width", "gain", "offset", "noise")
+            name: np.array(getattr(whole, name)) for name in ("y", "z", "depth", "width", "noise", *LINEAR)
         }
         for name in ("y", "z", "depth", "width"):
             fields[name][index] = np.asarray(getattr(fitted.array, name))
         fields["gain"][:] = 0.0
-        fields["gain"][index], fields["offset"][index] = self.gain, self.offset
+        for name in LINEAR:
+            fields[name][index] = getattr(self, name)
         fields["noise"][index] = self.noise
         return Finger(fitted.skin, replace(whole, **fields))
 
@@ -293,8 +312,9 @@ class Fit(Frozen):
         """What was found, without a spread or a response in place."""
         index = np.flatnonzero(self.live)
         parameters = self.forward.parameters(self.p, index)
-        for name, values in (("gain", self.gain), ("offset", self.offset)):
+        for name in LINEAR:
             if name in self.names:
+                values = getattr(self, name)
                 parameters += [(name, int(i), float(v), "") for i, v in zip(index, values, strict=True)]
         covariance = self._reported_covariance()
         std = np.sqrt(np.diag(covariance))
@@ -307,7 +327,7 @@ class Fit(Frozen):
         data = np.full((len(self.data), self.live.size), np.nan)
         data[:, self.live] = self.data
         model = np.full_like(data, np.nan)
-        model[:, self.live] = self.gain * self.unit + self.offset
+        model[:, self.live] = self.modelled
         fit = score(data, model, self.live)
         depth = float(np.mean(np.asarray(live.depth)))
         drag = self.load[:, 1] if self.load.shape[1] == 2 else np.hypot(self.load[:, 1], self.load[:, 2])

@@ -179,7 +179,8 @@ class _Check:
         """As it seems to be now; sensors left out have gain 0."""
         array = self.was.array
         gain = np.where(self.out, 0.0, np.asarray(array.gain) * self.ratio)
-        return replace(self.was, array=replace(array, gain=gain, offset=np.asarray(array.offset) + self.shift))
+        offset, lift = np.asarray(array.offset) + self.shift, np.asarray(array.lift) * self.ratio
+        return replace(self.was, array=replace(array, gain=gain, offset=offset, lift=lift))
 
     def locator(self, inflated: float = 1.0) -> Locator:
         array = self.finger().array

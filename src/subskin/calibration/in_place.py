@@ -86,9 +86,12 @@ class _Kriging:
         straight = np.tile([self.force, 0.0, 0.0], (len(nodes), 1))
         of_numbers, shift = fit.jacobian_at(nodes, straight) / unsure.size, np.zeros(n)
         if "offset" in fit.names:
-            shift = (change / unsure.size)[-n:]
-            of_numbers[..., -n:] = 0.0  # a load's reading is without it
+            lifts = n * ("lift" in fit.names)  # which come after them
+            own = slice(len(change) - lifts - n, len(change) - lifts)
+            shift = (change / unsure.size)[own]
+            of_numbers[..., own] = 0.0  # a load's reading is without it
         values, variance = fit.gain * fit.forward.unit(fit.p, nodes, straight / self.force), np.empty((len(nodes), n))
+        values += fit.lift
         scale, slopes = fit.noise / self.force, unsure.slopes(nodes, straight)
         for i in range(n):
             here = unsure.of_model(np.zeros(len(nodes)), nodes, np.full(len(nodes), i), slopes[:, i])

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from ..errors import ConvergenceError, GeometryError
+from ..errors import ConvergenceError, GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
 from ._forward import TERMS, checked_names
 from ._forward_area import AREA_TERMS
@@ -21,6 +21,8 @@ from .spread import checked, measured
 __all__ = ["calibrate"]
 
 _USUAL = ("gain", "offset", "depth", "origin")
+_ALIKE = 1e-6
+"""Share of themselves by which forces differ, and no more, that are alike."""
 
 
 def calibrate(
@@ -38,7 +40,7 @@ def calibrate(
 ) -> Calibration:
     """Fit a finger to touches at known positions: by a line load on a motor's axis, on an area by a load on a point.
 
-    Gains and offsets are linear and are eliminated at each trial of the rest. A scan over origin and depth finds the
+    Gains, offsets and lifts are linear and are eliminated at each trial of the rest. A scan over origin and depth finds the
     start, so no guess of the origin is needed. Sensors are weighted by their own residuals.
 
     Parameters
@@ -50,10 +52,11 @@ def calibrate(
     positions : array_like, shape (m,) or (m, 2)
         Where each touch was, on the motor's axis [m]; (y, z) of sensors on an area.
     fit : sequence of str, optional
-        Any of "gain", "offset" (each sensor), "depth" (one shift of all), "depths" (each sensor's), "origin",
-        "position" (each sensor's along the row), "poisson", "width" (one for all),
-        "thickness" (of a skin of one layer). On an area also "turn", and no "width". By default gain, offset, depth,
-        origin, and turn.
+        Any of "gain", "offset" (what each sensor reads without a load), "lift" (what a load adds to each sensor
+        wherever it presses), "depth" (one shift of all), "depths" (each sensor's), "origin", "position" (each sensor's
+        along the row), "poisson", "width" (one for all), "thickness" (of a skin of one layer). On an area also "turn",
+        and no "width". By default gain, offset, depth, origin, and turn. Readings less those of the free skin, as
+        `segment` writes them, have no offset: fit "lift" in its place.
     force, angle, azimuth : array_like, optional
         Load of each touch [N/m or N, rad, rad]; `azimuth`, on an area, is the motor's.
         Without `force` every touch carries the same load and the gain is the reading per
@@ -138,6 +141,9 @@ def fitted(
         live &= finger.array.live
     else:  # a reading that never moves is dead, however it fits
         live &= np.array([np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)])
+    if {"offset", "lift"} <= set(names) and np.ptp(load[:, 0]) <= _ALIKE * np.abs(load[:, 0]).max():
+        rule = "only touches of several forces tell what goes with the load from what is always there"
+        raise InvalidValueError("offset and lift, of touches of one force", rule, "fit one of them: lift, if tared")
     solution = None
     while live.any():
         solution = Fit(finger, names, data, y, load, live, start, about, scan=origin is None).solve()

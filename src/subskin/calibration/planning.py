@@ -84,7 +84,7 @@ def next_touch(
     fit : sequence of str, optional
         What will be fitted, as in `calibrate`.
     known : mapping of str to float, optional
-        Standard deviation to which the drawing is known: of "gain" as a share [-], of "offset" in units of the reading,
+        Standard deviation to which the drawing is known: of "gain" as a share [-], of "offset" and "lift" in units of the reading,
         of "poisson" [-], of "turn" [rad], of lengths [m]. By default 30 % of a gain, three of the largest readings, a
         depth for the origin, a fifth of it for depths, a tenth for positions.
     force : float, optional
@@ -153,7 +153,7 @@ def _positions(finger: Finger, name: str, given: npt.ArrayLike) -> FloatArray:
 
 
 class _Model:
-    """What the readings of a touch have to do with the numbers that are fitted: gains, offsets, then the vector p."""
+    """What the readings of a touch have to do with the numbers that are fitted: gains, offsets, lifts, then the vector p."""
 
     def __init__(self, forward: Forward, names: Sequence[str], origin: Any, force: float) -> None:
         self.forward, self.names, self.force = forward, names, force
@@ -187,9 +187,10 @@ class _Model:
         out = []
         if "gain" in self.names:
             out.append(known.get("gain", _KNOWN["gain"]) * np.abs(self.gain))
-        if "offset" in self.names:
-            largest = np.abs(self.gain * self.unit(self.p, at)).max(axis=0)
-            out.append(np.broadcast_to(known.get("offset", _KNOWN["offset"] * largest), self.gain.shape))
+        largest = np.abs(self.gain * self.unit(self.p, at)).max(axis=0)
+        for name, size in (("offset", largest), ("lift", largest / self.force)):
+            if name in self.names:
+                out.append(np.broadcast_to(known.get(name, _KNOWN["offset"] * size), self.gain.shape))
         for name in self.forward.names:
             part = self.forward.slices[name]
             usual = _THICK * thick if name == "thickness" else _ALONE.get(name, _KNOWN.get(name, 0.0) * depth)
@@ -203,8 +204,9 @@ class _Model:
         n, parts = self.gain.size, []
         if "gain" in self.names:
             parts.append(self.unit(self.p, at)[:, :, None] * np.eye(n))
-        if "offset" in self.names:
-            parts.append(np.broadcast_to(np.eye(n), (len(at), n, n)))
+        for name, size in (("offset", 1.0), ("lift", self.force)):
+            if name in self.names:
+                parts.append(np.broadcast_to(size * np.eye(n), (len(at), n, n)))
         low, high = self.forward.bounds()
         for j, size in enumerate(_STEP * self.forward.scale()):
             up, down = self.p.copy(), self.p.copy()

@@ -61,7 +61,7 @@ class Uncertainty(Frozen):
         """Of all readings of the fit, in noises."""
         fit = self._fit
         touch, sensor = np.nonzero(fit.seen)
-        rest = ((fit.data - fit.gain * fit.unit - fit.offset) / fit.noise)[fit.seen]
+        rest = (fit.rest / fit.noise)[fit.seen]
         slopes = self.slopes(*self._on_finger)[touch, sensor]
         return self.of_model(rest, self.moved[touch], sensor, slopes, touch)
 
@@ -108,7 +108,7 @@ class Uncertainty(Frozen):
 
         fit = self._fit
         stated = np.where(fit.stated > 0, fit.stated, np.inf)
-        rest = ((fit.data - fit.gain * fit.unit - fit.offset) / stated)[fit.seen]
+        rest = (fit.rest / stated)[fit.seen]
         return bool(rest @ rest <= chdtri(fit.spare, _CHANCE))
 
     @cached_property
@@ -118,7 +118,7 @@ class Uncertainty(Frozen):
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Of all parameters, (p, p): those of the forward model, then gains, then offsets."""
+        """Of all parameters, (p, p): those of the forward model, then gains, offsets and lifts."""
         covariance = self._inverse
         if self.process is not None:
             covariance = covariance @ scatter(self.process, self.residuals, self.jacobian) @ covariance

@@ -78,6 +78,9 @@ def run_blind(options: argparse.Namespace) -> int:
     file = file.for_touches(table)
     readings = table.readings(file.names)[chosen_rows(options, len(table))]
     fit = listed(options.fit or "gain,depth,position")
+    if file.differences and "offset" in fit:
+        rule = "presses that `segment` wrote are less the free skin's reading, and have none"
+        raise InvalidValueError("--fit offset", rule, "leave it out")
     errors = _errors(options, file, fit)
     touch = {k: v for k, v in file.options.items() if k == "friction"}
     if options.half_width is not None:

@@ -37,7 +37,8 @@ _EXAMPLES = """\
 _NOTES = """\
 Fits the finger to touches at known positions, one in each row, and writes the finger file with the fitted numbers;
 comments stay. Rows that --every or --rows leaves out are held out, and scored. --fit takes: gain, offset (each
-sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
+sensor's; of presses that `segment` wrote there is none, and its lift is fitted, which a load adds to its reading
+wherever it presses), lift, depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
 (each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
 
 On an area touches have two columns of positions, y and z, and forces are in N. There --fit also takes turn (how far the
@@ -121,7 +122,7 @@ def run(options: argparse.Namespace) -> int:
     used = chosen_rows(options, len(table))
     if options.response == "table":
         return run_table(options, file, readings, positions, used, loads)
-    fit = listed(_USUAL + ",turn" * area if options.fit is None else options.fit)
+    fit = file.to_fit(listed(_USUAL + ",turn" * area if options.fit is None else options.fit))
     touches = (readings[used], positions[used])
     loaded = {name: values[used] for name, values in loads.items()}
     choice = None

@@ -307,7 +307,7 @@ class Bars(View):
         if batch is None:
             return Text("no frame yet")
         array = self.file.finger.array
-        own = np.zeros(len(array)) if self.file.differences else np.asarray(array.offset)
+        own = np.asarray(array.offset)
         noise = np.asarray(array.noise)
         away = (batch.readings[-1] - own) / np.where(noise > 0, noise, np.inf)
         largest = float(np.nanmax(np.abs(away), initial=0.0))

@@ -85,6 +85,7 @@ class Framewise(ABC):
         self._compiled: Any = None
         self._linear = all(t.linear for t in set(array.transducers))
         self._allowed: tuple[Spread | None, float, bool] | None = None
+        self._ends: tuple[float, ...] = ()
 
     def allow_for(self, finger: Finger, friction: float) -> Self:
         """The same estimator, its standard errors widened by the finger's spread; none is OK of one without trust."""
@@ -240,6 +241,12 @@ class Framewise(ABC):
             at = self._layout
             ratio = spread.at(out[:, :1], friction)
             out[:, at.covariance : at.interval] *= ratio**2
+            # what explains a frame nearly as well by so much larger errors: a rival, or a load at an end of the search
+            y, status = out[:, 0], out[:, at.status]
+            near = out[:, at.rival_chi2] < self._apart * ratio[:, 0] ** 2
+            for end in self._ends:
+                near |= (y - end) ** 2 < self._apart * out[:, at.covariance]
+            status[(status == Status.OK) & near] = Status.AMBIGUOUS
             if at.wide:  # readings know the square of the half width
                 interval, best = out[:, at.interval : at.residual], out[:, at.half_width, None] ** 2
                 interval[:] = np.sqrt(np.maximum(best + ratio * (interval**2 - best), 0.0))

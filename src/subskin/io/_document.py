@@ -37,6 +37,8 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         skin = build_skin(document.skin)
         at = "sensors"
         array = build_array(document)
+        if told.differences:
+            array.refuse_offset()
         at = "calibration"
         origin = _origin(told, array.on_area)
         spread = None if told.spread is None else Spread(**told.spread.model_dump())

@@ -182,6 +182,7 @@ class SensorsTable(StrictTable):
     width: Lengths = 0.0
     gain: Readings = 1.0
     offset: Readings = 0.0
+    lift: Readings = 0.0
     noise: Readings = 0.0
     low: Readings = None
     high: Readings = None

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["build_array", "in_readings", "reading_unit", "said_of", "transducer_said", "unit_of_readings"]
 
-_IN_READINGS = ("offset", "noise", "low", "high", "resolution")
+_IN_READINGS = ("offset", "lift", "noise", "low", "high", "resolution")
 
 
 def build_array(document: _schema.FingerDocument) -> SensorArray:
@@ -38,7 +38,9 @@ def build_array(document: _schema.FingerDocument) -> SensorArray:
     usual = preset.pop("transducer", None)
     own = usual is None or {"kind", "channels"} & table.model_fields_set
     kinds, channels = _transducers(table, len(points)) if own else (usual, None)
-    parameters = preset | _parameters(document, channels or (kinds if isinstance(kinds, tuple) else (kinds,)))
+    parameters = preset | _parameters(
+        document, channels or (kinds if isinstance(kinds, tuple) else (kinds,)), area=bool(points[:, 1].any())
+    )
     return SensorArray.at(points, table.depth, kinds, channels, width=table.width, **parameters)
 
 
@@ -125,11 +127,14 @@ def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
     return transducer_of(name, **values)
 
 
-def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer, ...]) -> dict[str, Any]:
-    """Those of gain, offset, noise, range and resolution that are given: plain numbers, or in a unit of readings."""
+def _parameters(
+    document: _schema.FingerDocument, transducers: tuple[Transducer, ...], *, area: bool
+) -> dict[str, Any]:
+    """Those of gain, offset, lift, noise, range and resolution that are given: plain numbers, or in a unit of readings."""
     table, unit, felt = document.sensors, unit_of_readings(document, transducers), {t.unit for t in transducers}
     per = felt.pop() if len(felt) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
+    units["lift"] = f"{unit or 1}/({'N' if area else 'N/m'})"
     given = [key for key in ("gain", *_IN_READINGS) if key in table.model_fields_set]
     try:
         return {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in given}

@@ -16,7 +16,7 @@ from .units import format_quantity, rounded
 
 __all__ = ["edited", "per_sensor"]
 
-_PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "noise": ""}
+_PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "lift": "", "noise": ""}
 _SAME = 1e-9
 
 

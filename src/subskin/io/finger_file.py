@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -247,6 +247,13 @@ class FingerFile(Tabled, Recorded):
         array = replace(self.finger.array, low=-np.inf, high=np.inf, offset=0.0)
         return replace(self, finger=replace(self.finger, array=array), differences=True)
 
+    def to_fit(self, names: Sequence[str]) -> tuple[str, ...]:
+        """What `calibrate` fits of `names`, as readings of this file are: of differences a lift, where they say offset.
+
+        A free skin's difference is 0; what presses have in common at a sensor goes with their force.
+        """
+        return tuple(dict.fromkeys("lift" if name == "offset" and self.differences else name for name in names))
+
     def on_finger(self, positions: npt.ArrayLike) -> FloatArray:
         """Positions of the tables as they lie on the finger [m].
 
@@ -273,9 +280,16 @@ class FingerFile(Tabled, Recorded):
         """The same file with another finger's numbers in it, and `facts` in its [calibration].
 
         The rest of the text stays, comments too.
+
+        Raises
+        ------
+        InvalidValueError
+            A skin of another kind; a finger with offsets where the file's readings are differences.
         """
         from ._toml_edit import edited
 
+        if self.differences:
+            finger.array.refuse_offset()
         told = ({"differences": True} if self.differences else {}) | model_facts(finger) | dict(facts or {})
         if finger.measured is not None:
             told["response"] = checksum(finger.measured)

@@ -101,7 +101,7 @@ class Bench:
             raise GeometryError(
                 f"candidates of shape {self.candidates.shape}", rule, "candidates=np.linspace(-6e-3, 6e-3, 13)"
             )
-        self.file, self.fit = file, tuple(("gain", "depth", "origin") if fit is None else fit)
+        self.file, self.fit = file, file.of_differences().to_fit(("gain", "depth", "origin") if fit is None else fit)
         self.force = None if force is None else _check.scalar("force", force, above=0.0)
         limits = {"accuracy": accuracy, "rest": rest, "hold": hold, "most": most}
         for name, value in limits.items():

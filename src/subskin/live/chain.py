@@ -223,7 +223,7 @@ class Chain(Frozen):
         self.pipeline.prepare()
         finger, scale = self._tare.finger, 1.0 if self.file.recording is None else self.file.recording.scale
         array = finger.array
-        own: FloatArray = np.zeros(len(array)) if self._tare.differences else np.asarray(array.offset)
+        own: FloatArray = np.asarray(array.offset)
         noise = np.where(array.live, np.asarray(self._tare.noise), 1.0)
         middle = array.points.mean(axis=0)
         field = finger.receptive_field(middle if array.on_area else middle[0])[..., 0]

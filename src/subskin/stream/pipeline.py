@@ -81,7 +81,7 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
                 left[name], out[name] = stage.step(None if state is None else state[name], given, time)
             else:
                 left[name], out[name] = None, stage(given)
-            given = getattr(out[name], "given_on", getattr(out[name], "readings", out[name]))
+            given = getattr(out[name], "readings", out[name])
         return left, out
 
     def prepare(self) -> None:

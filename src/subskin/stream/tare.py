@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -27,8 +27,6 @@ __all__ = ["Tare", "TareState", "Tared"]
 
 _DRIFT = 0.3  # fastest drift believed, of the noise, a second
 _FAR = 0.5  # of the free skin's reading, and
-_LEAST_NOISE = 10.0  # of the noise: offsets of presses that misplace light touches
-_NO_TOUCH = 1e-6  # chance with which noise alone is no free skin
 _FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of the free skin
 
 
@@ -86,9 +84,6 @@ class Tared(Frozen):
         The offsets that the readings are given back with, and the finger's noise [reading].
     differences : bool
         The readings are differences from the free skin: `own` is 0.
-    pressed, doubt : ndarray, shape (n,)
-        Where readings are differences, the finger's offsets, which were fitted to presses, and its noise [reading],
-        which a calibration makes as large as its model is wrong. Otherwise 0, and the noise.
     """
 
     readings: FloatArray
@@ -98,8 +93,6 @@ class Tared(Frozen):
     own: FloatArray
     noise: FloatArray
     differences: bool = False
-    pressed: FloatArray = field(default_factory=lambda: np.zeros(1))
-    doubt: FloatArray = field(default_factory=lambda: np.ones(1))
 
     def __repr__(self) -> str:
         free, frozen = int(np.sum(self.free)), int(np.atleast_2d(self.frozen).any(axis=0).sum())
@@ -114,27 +107,8 @@ class Tared(Frozen):
         return replace(parts[0], **{name: join([getattr(part, name) for part in parts]) for name in frames})
 
     @property
-    def given_on(self) -> FloatArray:
-        """What the next stage of a pipeline takes: `readings`, those of a free skin as the finger reads one.
-
-        Offsets fitted to presses are not there while nothing touches: where a frame is free, or differs from a free
-        skin by no more than the finger's model is wrong.
-        """
-        if not self.pressed.any():
-            return self.readings
-        known = np.isfinite(self.readings)
-        chi2 = np.where(known, (self.readings / self.doubt) ** 2, 0.0).sum(axis=-1)
-        free = self.free | (chi2 <= chdtri(np.maximum(known.sum(axis=-1), 1), _NO_TOUCH))
-        return self.readings + np.where(free[..., None], self.pressed, 0.0)
-
-    @property
     def doubts(self) -> tuple[str, ...]:
         """What speaks against reading this stream with this finger, in words; nothing, usually."""
-        if (np.abs(self.pressed) > _LEAST_NOISE * self.noise).any():
-            offsets = f"{self.pressed.min():.3g} to {self.pressed.max():.3g}"
-            light = "touches lighter than those presses can be OK and millimetres off"
-            fix = "calibrate without offset (--fit gain,depth,origin), or locate presses cut out by segment"
-            return (f"offsets of {offsets} were fitted to presses, and a free skin has none: {light}. Fix: {fix}",)
         offset = self.offset.reshape(-1, self.own.size)
         known = np.isfinite(offset).any(axis=0)
         if self.differences or not known.any():
@@ -176,8 +150,8 @@ class Tare(Stage[TareState, Tared]):
         Standard deviation of the finger's own offsets at first [reading]. Infinite if left out: the stream then has to
         begin with the skin free, and its first frame is the first offset.
     differences : bool, optional
-        The finger's offsets are of differences from the free skin, as presses cut out by `segment` are: readings are
-        given back as such differences.
+        The finger reads differences from the free skin, as presses cut out by `segment` are, and has no offset:
+        readings are given back as such differences.
     guard, settle, patience : float, optional
         Times [s], > 0.
     false_alarm : float, optional
@@ -186,7 +160,7 @@ class Tare(Stage[TareState, Tared]):
     Raises
     ------
     InvalidValueError, GeometryError
-        A sensor without noise, a value out of range or not one a sensor.
+        A sensor without noise, a value out of range or not one a sensor; a finger of differences with an offset.
 
     Examples
     --------
@@ -225,6 +199,8 @@ class Tare(Stage[TareState, Tared]):
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
             raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
+        if self.differences:
+            array.refuse_offset()
         check_noise(array, "a touch is known by the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
         for name in ("guard", "settle", "patience"):
             _check.scalar(name, getattr(self, name), unit="s", above=0.0)
@@ -236,16 +212,13 @@ class Tare(Stage[TareState, Tared]):
         array = self.finger.array
         # a sensor that is rounded to more than its noise may well stand still
         lively = np.asarray(array.resolution) <= np.asarray(self.noise)
-        own = np.zeros(len(array)) if self.differences else array.offset
-        rows = [self.noise, self.drift, array.low, array.high, array.live, lively, own]
+        rows = [self.noise, self.drift, array.low, array.high, array.live, lively, array.offset]
         return np.stack([np.asarray(row, dtype=np.float64) for row in rows])
 
     @cached_property
     def _told(self) -> dict[str, Any]:
         """What `Tared` says of the sensors."""
-        array, own = self.finger.array, self._sensors[kernel.OWN]
-        fitted = {"pressed": np.where(self.differences, array.offset, 0.0), "doubt": array.noise}
-        return {"own": own, "noise": self.noise, "differences": self.differences, **fitted}
+        return {"own": self._sensors[kernel.OWN], "noise": self.noise, "differences": self.differences}
 
     @cached_property
     def _limits(self) -> FloatArray:

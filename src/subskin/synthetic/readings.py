@@ -78,7 +78,8 @@ def simulate_readings(
     if "position" in each and len(each["position"]):
         far = int(np.abs(each["position"]).reshape(len(each["position"]), -1).max(axis=1).argmax())
         finger.read(contact(**{name: values[far] for name, values in each.items()}))  # warns of a unit forgotten
-    return finger.array.digitise(measured(finger, contact, each, executor=executor, progress=progress), rng)
+    values = measured(finger, contact, each, executor=executor, progress=progress)
+    return finger.array.digitise(values, rng, contact(**each).normal_force)
 
 
 def measured(

@@ -146,8 +146,9 @@ def simulate_recording(
     loads = {"force": np.abs(felt[moving]), "angle": np.full(moving.sum(), angle), "position": own[which[moving]]}
     values[moving] = measured(finger, contact, loads, executor=executor, progress=progress)
     values = np.where((felt < 0)[:, None], _recoil(finger, values), values)
-    readings = unbounded.digitise(values, rng) + drift * _drift(frames, len(array), rng)
-    bounds = replace(array, gain=1.0, offset=0.0)
+    pressed = np.maximum(felt, 0.0) * np.cos(angle)
+    readings = unbounded.digitise(values, rng, pressed) + drift * _drift(frames, len(array), rng)
+    bounds = replace(array, gain=1.0, lift=0.0, offset=0.0)
     return Recording(time, y[which], press, bounds.digitise(readings))
 
 

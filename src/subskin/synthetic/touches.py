@@ -272,7 +272,9 @@ class RandomTouches(Frozen):
         fault, sensor, weak, shift = self._faults(rng, m)
         normal = rng.standard_normal((m, len(self.finger.array)))[kept]
         values = self._measured(which[kept], {name: v[kept] for name, v in (*loads.items(), ("half_width", width))})
-        readings = self._read(values, noise[kept], normal, (fault[kept], sensor[kept], weak[kept], shift[kept]))
+        readings = self._read(
+            values, point.normal_force[kept], noise[kept], normal, (fault[kept], sensor[kept], weak[kept], shift[kept])
+        )
         columns = [loads["position"].reshape(m, -1), point.components, width[:, None], noise[:, None]]
         labels = np.stack([which, fault, np.where(fault > 0, sensor, -1)], axis=-1).astype(np.int16)
         return TouchShard(readings, np.concatenate(columns, axis=-1)[kept], labels[kept])
@@ -298,17 +300,20 @@ class RandomTouches(Frozen):
                 out[own] = measured(self.finger, contact.kind, {name: loads[name][own] for name in names})
         return out
 
-    def _read(self, values: FloatArray, noise: FloatArray, normal: FloatArray, faults: tuple[Any, ...]) -> FloatArray:
+    def _read(
+        self, values: FloatArray, force: FloatArray, noise: FloatArray, normal: FloatArray, faults: tuple[Any, ...]
+    ) -> FloatArray:
         """Readings with the noise of each touch and its fault; range and resolution come last."""
         array, rows = self.finger.array, np.arange(len(values))
         fault, sensor, weak, shift = faults
         left = np.where(fault == 1, 0.0, np.where(fault == 2, weak, 1.0))
-        values[rows, sensor] *= left
-        readings = replace(array, low=-np.inf, high=np.inf, resolution=0.0).digitise(values)
+        readings = replace(array, low=-np.inf, high=np.inf, offset=0.0, resolution=0.0).digitise(values, None, force)
+        readings[rows, sensor] *= left
+        readings += np.asarray(array.offset)
         moved = np.where(fault == 3, shift, 0.0) * np.asarray(array.noise)[sensor]
         readings[rows, sensor] += moved
         readings += noise[:, None] * np.asarray(array.noise) * normal
-        return replace(array, gain=1.0, offset=0.0).digitise(readings)
+        return replace(array, gain=1.0, lift=0.0, offset=0.0).digitise(readings)
 
 
 def _range(name: str, ends: Any, unit: str, **limits: Any) -> None:

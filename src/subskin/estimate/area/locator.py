@@ -136,7 +136,7 @@ class AreaLocator(Framewise):
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
-        array, response = self.array.select(pattern), self.response.select(pattern)
+        array, response = self.array.select(pattern), self.response.select(pattern).separate()
         table, error = response.cubics()
         cells = table.shape[1]
         if response.pair is not None:

@@ -85,7 +85,7 @@ class RoundLocator(AreaLocator):
         return project_round
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
-        array, response = self.array.select(pattern), self.response.select(pattern)
+        array, response = self.array.select(pattern), self.response.select(pattern).separate()
         (_, first, sums, harmonics, widest, *_), error = _model(response, array)
         low, high = np.square(self.half_width)
         widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
@@ -126,6 +126,7 @@ def model_of(response: RoundResponse, array: SensorArray) -> tuple[Any, ...]:
 
 def _model(response: RoundResponse, array: SensorArray) -> tuple[tuple[Any, ...], float]:
     """As `model_of`, and the error of the tables."""
+    response = response.separate()
     (sums, error), table = response.cubics(), response.table
     pair, cells, harmonics = table.pair, sums.shape[1], table.terms
     if pair is not None:

@@ -75,7 +75,7 @@ class AreaSurface(Frozen):
             rule, fix = f"at most {_MOST_NODES} can be solved for", "a narrower search or a larger step"
             raise GeometryError(f"{count} elements of about {size:.3g} m", rule, fix)
         y, z = (_check.read_only(axis) for axis in axes)
-        table = tabulate_radial(finger, float(np.hypot(*(np.ptp(axis) for axis in axes))))
+        table = tabulate_radial(finger, float(np.hypot(*(np.ptp(axis) for axis in axes)))).separate()
         return cls(y, z, _hats(table, y, z))
 
 

@@ -46,6 +46,9 @@ class Frames(NamedTuple):
             rule = "a slope is a difference of sensors of one kind"
             fix = "ss.Finger(finger.skin, finger.array.select(...)), or finger.fit"
             raise InvalidValueError(f"{len(kinds)} kinds of transducer in one array", rule, fix)
+        if array.lifted:
+            rule = "what a load adds to all sensors is no part of a slope under a load that is not known"
+            raise InvalidValueError("sensors with a lift", rule, "finger.fit, or a finger calibrated without lift")
         check_noise(array, "an angle's error comes from the sensors' noise", "SensorArray(..., noise=1e-4)")
         raw = _check.readings(readings)
         if raw.ndim == 0 or raw.shape[-1] != len(array):

@@ -77,6 +77,7 @@ class TouchesFeed(Feed):
         self._tell()
         table = _table(self.name, self._text)
         self.file = self.file.for_touches(table)
+        self.fit = self.file.to_fit(self.fit)
         area = self.file.finger.array.on_area
         names = ("position_y", "position_z") if area else ("position",)
         each = [table.numbers(name, finite=True, why="each touch's position") for name in names]

@@ -139,7 +139,7 @@ class Track:
         if batch is None:
             return {"readings": None, "found": None}
         array = self.file.finger.array
-        own = np.zeros(len(array)) if self.file.differences else np.asarray(array.offset)
+        own = np.asarray(array.offset)
         noise = np.asarray(array.noise)
         found = batch.found[-1]
         status = Status(int(found.status))
