@@ -26,7 +26,7 @@ import subskin as ss
 from _common import arguments, show
 
 PSI = 6894.757  # Pa
-BASE = ("gain", "offset", "depth", "origin", "position")
+BASE = ("gain", "lift", "depth", "origin", "position")
 RUBBER = ss.Material(young=0.4e6)
 SKINS = {
     "half plane": (ss.HalfPlane(RUBBER), BASE),

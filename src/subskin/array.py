@@ -48,8 +48,8 @@ class SensorArray(LaidOut, Frozen):
     """Sensors in the skin, in a row or on an area.
 
     A sensor reads gain * (the quantity of its transducer, averaged over its width) + lift * (the normal force) + offset
-    + noise, held within [low, high] and rounded to its resolution. Each parameter is one number for all sensors, or one for each sensor. Several
-    sensors may stand at one position: the channels of one device.
+    + noise, held within [low, high] and rounded to its resolution. Each parameter is one number for all sensors, or one
+    for each sensor. Several sensors may stand at one position: the channels of one device.
 
     Parameters
     ----------
@@ -244,7 +244,9 @@ class SensorArray(LaidOut, Frozen):
         offset = np.asarray(self.offset)
         if offset.any():
             seen = f"offset = {offset[np.argmax(np.abs(offset))]:.6g} of a finger that reads differences"
-            rule = "less the free skin's reading there is none; what presses add to it goes with their force, and is lift"
+            rule = (
+                "less the free skin's reading there is none; what presses add to it goes with their force, and is lift"
+            )
             fix = 'calibrate again with lift: --fit gain,lift,depth,origin, or fit=("gain", "lift", "depth", "origin")'
             raise InvalidValueError(seen, rule, fix)
 

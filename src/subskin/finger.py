@@ -107,6 +107,9 @@ class Finger(Tabled, Frozen):
     measured : MeasuredResponse, optional
         On an area, the response in place that touches gave, with its doubt: `locate` goes by it. `calibrate` makes it
         where the skin's own field leaves more than noise.
+    relative : bool, optional
+        Whether its forces are multiples of the load of the touches it was calibrated on, which nobody measured, and no
+        newtons. `calibrate` says so where it is given no force.
 
     Raises
     ------
@@ -136,6 +139,7 @@ class Finger(Tabled, Frozen):
     spread: Spread | None = None
     trusted: bool = True
     measured: MeasuredResponse | None = None
+    relative: bool = False
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
@@ -204,6 +208,7 @@ class Finger(Tabled, Frozen):
                 "noise",
                 span(a.noise, units.pop() if len(units) == 1 else "") + f", gain {span(np.asarray(a.gain)[a.live])}",
             ),
+            *([("forces", "multiples of the load of the touches it was calibrated on")] if self.relative else []),
         ]
 
     def _where(self) -> str:

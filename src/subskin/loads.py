@@ -35,6 +35,8 @@ class Load(Frozen):
         (position, components, moment), shape (..., 6, 6).
     moment : array_like, shape (...), optional
         Of a local load, the moment about the inward normal, positive from +y to +z [N m]; None where it is not known.
+    relative : bool, optional
+        Whether forces are multiples of the load of a calibration's touches, and no newtons.
 
     Raises
     ------
@@ -56,6 +58,7 @@ class Load(Frozen):
     components: FloatArray
     covariance: FloatArray | None = None
     moment: FloatArray | None = None
+    relative: bool = False
 
     def __post_init__(self) -> None:
         parts = _array("components", self.components)
@@ -98,12 +101,13 @@ class Load(Frozen):
         """Each quantity's least and largest, in the units of people."""
         at = [self.position] if self.dim == 1 else np.moveaxis(self.position, -1, 0)
         rows = [(name, span(1e3 * where, "mm", 4)) for name, where in zip("yz", at, strict=False)]
-        rows.append(("force", span(self.force, "N/m" if self.dim == 1 else "N", 4)))
+        unit = force_unit(self.dim == 2, self.relative)
+        rows.append(("force", span(self.force, unit, 4)))
         rows.append(("angle", span(np.rad2deg(self.angle), "deg", 4)))
         if self.dim == 2:
             rows.append(("azimuth", span(np.rad2deg(self.azimuth), "deg", 4)))
         if self.moment is not None:
-            rows.append(("moment", span(1e3 * self.moment, "N mm", 4)))
+            rows.append(("moment", span(1e3 * self.moment, f"{unit} mm", 4)))
         return rows
 
     @property
@@ -125,6 +129,7 @@ class Load(Frozen):
             self.components.reshape(-1, d + 1)[at],
             None if square is None else square.reshape(-1, *square.shape[-2:])[at],
             None if moment is None else moment.reshape(-1)[at],
+            self.relative,
         )
 
     @property
@@ -208,6 +213,24 @@ def polar_covariance(components: FloatArray, covariance: FloatArray) -> FloatArr
         out[..., forces, :] = turn @ covariance[..., forces, :]
         out[..., :, forces] = out[..., :, forces] @ np.swapaxes(turn, -1, -2)
     return out
+
+
+def force_unit(local: bool, relative: bool = False) -> str:
+    """What forces that were found are in: the one place where that is decided.
+
+    Parameters
+    ----------
+    local : bool
+        Those of a local load, in N; of a long one they are in N/m.
+    relative : bool, optional
+        By a finger calibrated on touches whose force nobody measured: in loads of these touches.
+
+    Examples
+    --------
+    >>> force_unit(local=False), force_unit(local=True), force_unit(local=True, relative=True)
+    ('N/m', 'N', 'touch loads')
+    """
+    return "touch loads" if relative else "N" if local else "N/m"
 
 
 def _array(name: str, value: npt.ArrayLike) -> FloatArray:

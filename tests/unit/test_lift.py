@@ -22,9 +22,13 @@ LIFTED = replace(AREA, lift=np.random.default_rng(0).normal(0.0, 3e3, 12), gain=
 def test_a_reading_is_that_of_the_field_and_of_the_normal_force():
     touch = ss.LineLoad(force=[10.0, 40.0], angle=[0.0, 0.5], position=0.8e-3)
     plain = ss.Finger(SKIN, replace(ROW, lift=0.0)).read(touch)
-    np.testing.assert_allclose(FINGER.read(touch) - plain, LIFT * (touch.force * np.cos(touch.angle))[:, None], atol=1e-16)
+    np.testing.assert_allclose(
+        FINGER.read(touch) - plain, LIFT * (touch.force * np.cos(touch.angle))[:, None], atol=1e-16
+    )
     fields = FINGER.receptive_field([0.0, 0.8e-3])
-    np.testing.assert_allclose(fields @ [3.0, 4.0] + 0.3, FINGER.read(ss.LineLoad(5.0, np.arctan2(4, 3), [0.0, 0.8e-3])))
+    np.testing.assert_allclose(
+        fields @ [3.0, 4.0] + 0.3, FINGER.read(ss.LineLoad(5.0, np.arctan2(4, 3), [0.0, 0.8e-3]))
+    )
     loads = {"force": np.array([7.0]), "position": np.array([0.8e-3])}
     from_loads = ss.synthetic.simulate_readings(FINGER, ss.LineLoad, loads)
     np.testing.assert_allclose(from_loads[0], FINGER.read(ss.LineLoad(7.0, position=0.8e-3)))

@@ -1,4 +1,4 @@
-"""A raw stream, and a finger calibrated on presses cut out by `segment`: what these have in common goes with the load."""
+"""A raw stream, and a finger calibrated on presses from `segment`: what these have in common goes with the load."""
 
 from __future__ import annotations
 
@@ -88,11 +88,11 @@ def test_a_long_press_is_held_for_a_touch():
 def test_an_offset_of_differences_is_refused():
     """A free skin has none: it would be a touch all the time."""
     finger = ss.Finger(SKIN, replace(ROW, offset=COMMON))
-    with pytest.raises(InvalidValueError, match="offset = 0.004 .*calibrate again with lift"):
+    with pytest.raises(InvalidValueError, match=r"offset = 0\.004 .*calibrate again with lift"):
         Tare(finger, differences=True)
-    with pytest.raises(FileError, match="offset = 0.004 of a finger that reads differences"):
+    with pytest.raises(FileError, match=r"offset = 0\.004 of a finger that reads differences"):
         parse_finger(FILE + "offset = 0.004\n[calibration]\ndifferences = true\n")
-    with pytest.raises(InvalidValueError, match="offset = 0.004"):
+    with pytest.raises(InvalidValueError, match=r"offset = 0\.004"):
         parse_finger(FILE).of_differences().with_finger(finger, 0.0)
     assert Tare(finger)(np.zeros((9, 5)), np.arange(9.0)).readings.shape == (9, 5)  # raw ones have theirs
 

@@ -306,7 +306,7 @@ class Fit(Frozen):
         for name in LINEAR:
             fields[name][index] = getattr(self, name)
         fields["noise"][index] = self.noise
-        return Finger(fitted.skin, replace(whole, **fields))
+        return Finger(fitted.skin, replace(whole, **fields), relative=self.finger.relative)
 
     def result(self) -> Calibration:
         """What was found, without a spread or a response in place."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -40,8 +41,8 @@ def calibrate(
 ) -> Calibration:
     """Fit a finger to touches at known positions: by a line load on a motor's axis, on an area by a load on a point.
 
-    Gains, offsets and lifts are linear and are eliminated at each trial of the rest. A scan over origin and depth finds the
-    start, so no guess of the origin is needed. Sensors are weighted by their own residuals.
+    Gains, offsets and lifts are linear and are eliminated at each trial of the rest. A scan over origin and depth finds
+    the start, so no guess of the origin is needed. Sensors are weighted by their own residuals.
 
     Parameters
     ----------
@@ -144,6 +145,8 @@ def fitted(
     if {"offset", "lift"} <= set(names) and np.ptp(load[:, 0]) <= _ALIKE * np.abs(load[:, 0]).max():
         rule = "only touches of several forces tell what goes with the load from what is always there"
         raise InvalidValueError("offset and lift, of touches of one force", rule, "fit one of them: lift, if tared")
+    if "gain" in names:
+        finger = replace(finger, relative=force is None)
     solution = None
     while live.any():
         solution = Fit(finger, names, data, y, load, live, start, about, scan=origin is None).solve()

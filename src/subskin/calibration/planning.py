@@ -84,9 +84,9 @@ def next_touch(
     fit : sequence of str, optional
         What will be fitted, as in `calibrate`.
     known : mapping of str to float, optional
-        Standard deviation to which the drawing is known: of "gain" as a share [-], of "offset" and "lift" in units of the reading,
-        of "poisson" [-], of "turn" [rad], of lengths [m]. By default 30 % of a gain, three of the largest readings, a
-        depth for the origin, a fifth of it for depths, a tenth for positions.
+        Standard deviation to which the drawing is known: of "gain" as a share [-], of "offset" in units of the reading,
+        of "lift" in these per unit force, of "poisson" [-], of "turn" [rad], of lengths [m]. By default 30 % of a gain,
+        three of the largest readings, a depth for the origin, a fifth of it for depths, a tenth for positions.
     force : float, optional
         Load of each touch [N/m or N].
     origin : float or (float, float), optional
@@ -153,7 +153,7 @@ def _positions(finger: Finger, name: str, given: npt.ArrayLike) -> FloatArray:
 
 
 class _Model:
-    """What the readings of a touch have to do with the numbers that are fitted: gains, offsets, lifts, then the vector p."""
+    """What the readings of a touch have to do with the numbers that are fitted: gains, offsets, lifts, the vector p."""
 
     def __init__(self, forward: Forward, names: Sequence[str], origin: Any, force: float) -> None:
         self.forward, self.names, self.force = forward, names, force

@@ -184,7 +184,7 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
     columns["used"] = answers.used
     for name in columns.keys() & {"position", "second_position"}:
         columns[name] = columns[name] + answers.file.origin
-    if answers.file.length is not None:
+    if answers.file.length is not None and not found.relative:
         columns["newtons"] = columns["force"] * answers.file.length
     return columns
 

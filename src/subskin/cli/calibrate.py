@@ -36,10 +36,10 @@ _EXAMPLES = """\
 """
 _NOTES = """\
 Fits the finger to touches at known positions, one in each row, and writes the finger file with the fitted numbers;
-comments stay. Rows that --every or --rows leaves out are held out, and scored. --fit takes: gain, offset (each
-sensor's; of presses that `segment` wrote there is none, and its lift is fitted, which a load adds to its reading
-wherever it presses), lift, depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
-(each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
+comments stay. Rows that --every or --rows leaves out are held out, and scored. --fit takes: gain, offset or lift (each
+sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position (each
+sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin). A lift
+is what a load adds to a reading wherever it presses. Presses that `segment` wrote have no offset: their lift is fitted.
 
 On an area touches have two columns of positions, y and z, and forces are in N. There --fit also takes turn (how far the
 finger's y is turned from the touches'), and no width. Where the field of the skin is not that of the touches, the

@@ -77,6 +77,9 @@ def _warn_of_newtons(path: str) -> None:
 
     with opened(path) as recording:
         if not recording.about.newtons:
-            what = "the forces of long contacts are in N/m, and no WrenchStamped is written"
-            fix = '[touch] length = "10 mm" in the finger file, and subskin replay --finger finger.toml -o new.parquet'
+            relative = recording.about.relative
+            said = "multiples of the load of a calibration's touches" if relative else "in N/m, of long contacts"
+            what = f"forces are {said}, and no WrenchStamped is written"
+            better = "touches of known force" if relative else '[touch] length = "10 mm" in the finger file'
+            fix = f"{better}, and subskin replay --finger finger.toml -o new.parquet"
             print(f"subskin: warning: {printable(path)}: {what}. Fix: {fix}", file=sys.stderr)

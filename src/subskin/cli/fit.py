@@ -38,7 +38,7 @@ normal, where the sensors see it: those of shear and displacement do; normal str
 
 _SHOWN = (
     "row", "position", "position_y", "position_z", "force", "angle", "azimuth", "half_width", "half_width_low",
-    "half_width_high", "moment", "status",
+    "half_width_high", "moment", "force_unit", "status",
 )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from ..errors import printable
 from ..io.finger_file import FingerFile
 from ..live.batch import Batch
 from ..live.events import Event
+from ..loads import force_unit
 from .answers import Answers, estimate_columns
 from .common import number
 
@@ -171,7 +172,7 @@ class View:
             if value is None or not math.isfinite(value):
                 continue
             point = area or name == "point_force"
-            scale, unit = _UNITS.get(name, (1.0, "N" if point else "N/m"))
+            scale, unit = _UNITS.get(name, (1.0, force_unit(point, self.file.finger.relative)))
             std = answer.get(f"{name}_std", math.nan)
             told = f"{name.replace('_', ' ')} {with_error(scale * value, scale * std, unit)}"
             whole = answer.get("newtons", math.nan) if name == "force" else math.nan

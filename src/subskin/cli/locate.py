@@ -34,7 +34,7 @@ while nothing touches the skin, and subtracted.
 _DRAWN = (("truth", ""), ("position", ""), ("position", "_std"))
 _SHOWN = (
     "row", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth", "beside",
-    "point_probability", "position_std", "position_y_std", "position_z_std", "status",
+    "force_unit", "point_probability", "position_std", "position_y_std", "position_z_std", "status",
 )  # fmt: skip
 
 

@@ -120,10 +120,11 @@ def run(options: argparse.Namespace) -> int:
                 print("some pressure explains nearly any readings of a row: ok says nothing of whether the finger's "
                       "model is right; subskin locate and fit object to more", file=out)  # fmt: skip
             if options.out is None and options.totals is None:
+                shown = _SHOWN_ON_AREA if mapper.array.on_area else _SHOWN
                 show_first(
                     out,
                     kept.first,
-                    _SHOWN_ON_AREA if mapper.array.on_area else _SHOWN,
+                    (*shown, *(["force_unit"] if mapper.relative else [])),
                     "the first frames, in SI; -o writes their pressures, --totals these",
                 )
 
@@ -166,7 +167,17 @@ def _totals(answers: Answers) -> dict[str, Any]:
         "status": status_names(found.status),
         "residual": found.residual,
         "used": answers.used,
+        **_unit(found, len(answers.rows)),
     }
+
+
+def _unit(found: Any, rows: int) -> dict[str, Any]:
+    """The column that says what forces are in, and pressures per area, where that is no newtons."""
+    from ..estimate.estimate import unit_column
+    from ..loads import force_unit
+
+    relative = found.mapper.relative
+    return unit_column((rows,), force_unit(found.mapper.array.on_area, relative), relative)
 
 
 def _nodes(found: Any, file: io.FingerFile) -> dict[str, Any]:
@@ -218,6 +229,7 @@ def _totals_on_area(answers: Answers) -> dict[str, Any]:
         "status": status_names(found.status),
         "residual": found.residual,
         "used": answers.used,
+        **_unit(found, len(answers.rows)),
     }
 
 
@@ -241,6 +253,7 @@ def _map(answers: Answers) -> dict[str, Any]:
             "shear_z": drags[..., 1].reshape(-1),
             "shear_std": np.sqrt((found.shear_std**2).mean(axis=-1)).reshape(-1),
             "resolution": found.resolution.reshape(-1),
+            **_unit(found, count * len(there)),
         }
     count = len(found.y)
     return {
@@ -252,4 +265,5 @@ def _map(answers: Answers) -> dict[str, Any]:
         "shear": found.shear.reshape(-1),
         "shear_std": found.shear_std.reshape(-1),
         "resolution": found.resolution.reshape(-1),
+        **_unit(found, count * len(there)),
     }

@@ -69,7 +69,7 @@ def run_table(
     filled = np.where(live, readings, offset)  # what is dead reads nothing
     table = MeasuredResponse.from_touches(filled[taken], at[taken], components=forces[taken], offset=offset)
     array = replace(array, gain=np.where(live, array.gain, 0.0))
-    finger = replace(file.finger, array=array, spread=None, trusted=True, measured=table)
+    finger = replace(file.finger, array=array, spread=None, trusted=True, measured=table, relative="force" not in loads)
     model = (table(at) * forces[:, None, :]).sum(axis=-1) + offset
     known, new = score(filled[taken], model[taken], live), None
     if held.any():
@@ -87,7 +87,8 @@ def run_table(
             print(f"dead: {', '.join(dead)} (left out from now on)", file=out)
         if "force" not in loads:
             print(
-                "every touch is taken to carry the same force, which is 1 N from now on (no --force-column)", file=out
+                "all touches are taken to be alike; forces are multiples of theirs from now on (no --force-column)",
+                file=out,
             )
 
     def as_json() -> dict[str, Any]:

@@ -92,7 +92,7 @@ class Slip(Frozen):
         return [
             Shown("probability", self.probability, none, ""),
             Shown("ratio", self.ratio, none, ""),
-            Shown("margin", self.margin, self.margin_std, "N/m" if self.estimate.layout.dim == 1 else "N"),
+            Shown("margin", self.margin, self.margin_std, self.estimate.force_unit),
         ]
 
     @property

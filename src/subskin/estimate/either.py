@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from .beside import PointLocator
-from .estimate import Estimate, FrameTable, Status
+from .estimate import Estimate, FrameTable, Status, unit_column
 from .search import Locator
 from .shown import Shown
 
@@ -97,6 +97,7 @@ class Either(FrameTable):
             "point_probability": self.point_probability,
             **forces,
             **super()._columns(),
+            **unit_column(self.shape, self.line.force_unit, self.line.relative),
         }
 
 

@@ -16,7 +16,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import Drawing, span
 from ..errors import GeometryError
-from ..loads import Load, polar_covariance
+from ..loads import Load, force_unit, polar_covariance
 from .layout import LINE, Layout
 from .shown import Shown, as_frame, in_html, in_words
 
@@ -98,12 +98,13 @@ class Rival(_Found):
 
     Parameters
     ----------
-    table, layout
+    table, layout, relative
         As in `Estimate`, whose `second` it is.
     """
 
     table: FloatArray
     layout: Layout
+    relative: bool = False
 
     @property
     def _first(self) -> int:  # type: ignore[override]
@@ -112,7 +113,7 @@ class Rival(_Found):
     def __repr__(self) -> str:
         known = int(np.isfinite(self.chi2).sum())
         more = span(self.chi2[np.isfinite(self.chi2)])
-        load = Load(self.position, self.components)
+        load = Load(self.position, self.components, relative=self.relative)
         return f"Rival(in {known} of {self.chi2.size} frames, chi-square larger by {more}; {load!r})"
 
     @property
@@ -243,21 +244,25 @@ class Estimate(_Found, FrameTable):
         Number of unknowns that were fitted.
     layout : Layout
         What stands in which column.
+    relative : bool
+        Whether forces are multiples of the load of the touches of a calibration, as of the finger: `force_unit`.
     """
 
     friction: float
     unknowns: int = 3
     layout: Layout = LINE
+    relative: bool = False
 
     _first = 0
     plot = Drawing("estimate_figure")
 
     def __init__(
-        self, table: FloatArray, used: npt.NDArray[np.bool_], friction: float, unknowns: int = 3, layout: Layout = LINE
-    ) -> None:
+        self, table: FloatArray, used: npt.NDArray[np.bool_], friction: float, unknowns: int = 3, layout: Layout = LINE,
+        relative: bool = False,
+    ) -> None:  # fmt: skip
         kept = self.__dict__  # as a frozen dataclass would, in half the time: each frame of a live loop waits for it
         kept["table"], kept["used"], kept["friction"] = table, used, friction
-        kept["unknowns"], kept["layout"] = unknowns, layout
+        kept["unknowns"], kept["layout"], kept["relative"] = unknowns, layout, relative
 
     @property
     def status(self) -> npt.NDArray[np.int8]:
@@ -276,7 +281,7 @@ class Estimate(_Found, FrameTable):
         which = [*range(k), *[at.unknowns - 1] * at.twist]
         square = self.table[..., at.square[np.ix_(which, which)]]
         square.flags.writeable = False
-        return Load(self.position, self.components, square, self.moment)
+        return Load(self.position, self.components, square, self.moment, self.relative)
 
     @property
     def covariance(self) -> FloatArray:
@@ -314,21 +319,25 @@ class Estimate(_Found, FrameTable):
     @property
     def second(self) -> Rival:
         """The rival: the second-best contact elsewhere, and how much worse it fits."""
-        return Rival(self.table, self.layout)
+        return Rival(self.table, self.layout, self.relative)
+
+    @property
+    def force_unit(self) -> str:
+        """What forces are in: "N/m", "N" of point loads; "touch loads" where they are `relative`."""
+        return force_unit(self.layout.dim == 2 or self.layout.aside, self.relative)
 
     def _polar(self) -> list[tuple[str, FloatArray, float, str]]:
         """Position, force, angle (and half width) in the order of `std`: name, values, scale and unit for people."""
         d, load, aside = self.layout.dim, self.load, self.layout.aside
-        unit = "N/m" if d == 1 and not aside else "N"
         where = [self.position] if d == 1 else [self.position[..., 0], self.position[..., 1]]
         names = ("position",) if d == 1 else ("position_y", "position_z")
         found = [(name, values, _MM, "mm") for name, values in zip(names, where, strict=True)]
-        found += [("force", load.force, 1.0, unit), ("angle", load.angle, _DEGREE, "deg")]
+        found += [("force", load.force, 1.0, self.force_unit), ("angle", load.angle, _DEGREE, "deg")]
         found += [("azimuth", load.azimuth, _DEGREE, "deg")] if d == 2 else []
         if self.layout.wide:
             found.append(("beside", self.beside, _MM, "mm") if aside else ("half_width", self.half_width, _MM, "mm"))
         if self.moment is not None:
-            found.append(("moment", self.moment, _MM, "N mm"))
+            found.append(("moment", self.moment, _MM, f"{self.force_unit} mm"))
         return found
 
     def _shown(self) -> list[Shown]:
@@ -355,4 +364,9 @@ class Estimate(_Found, FrameTable):
             columns["second_position"] = second.position
         if self.layout.wide:
             columns["second_half_width"] = second.half_width
-        return {**columns, "second_chi2": second.chi2}
+        return {**columns, "second_chi2": second.chi2, **unit_column(self.shape, self.force_unit, self.relative)}
+
+
+def unit_column(shape: tuple[int, ...], unit: str, relative: bool) -> dict[str, Any]:
+    """A column that says what forces are in where that is no newtons, which all other tables have."""
+    return {"force_unit": np.full(shape, unit, dtype=object)} if relative else {}

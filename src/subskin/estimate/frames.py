@@ -86,9 +86,14 @@ class Framewise(ABC):
         self._linear = all(t.linear for t in set(array.transducers))
         self._allowed: tuple[Spread | None, float, bool] | None = None
         self._ends: tuple[float, ...] = ()
+        self.relative = False
 
     def allow_for(self, finger: Finger, friction: float) -> Self:
-        """The same estimator, its standard errors widened by the finger's spread; none is OK of one without trust."""
+        """The same estimator, its standard errors widened by the finger's spread; none is OK of one without trust.
+
+        Its forces are newtons, or not, as the finger's are.
+        """
+        self.relative = finger.relative
         if not finger.trusted:
             said = "the finger's model is not that of its touches, and was accepted: no frame of it is OK"
             _check.warn(said)

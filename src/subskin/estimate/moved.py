@@ -48,4 +48,4 @@ def moved(found: Estimate, origin: npt.ArrayLike, turn: float = 0.0) -> Estimate
         out = np.where(all_known, whole @ np.where(known, square, 0.0) @ whole.T, square)
         upper = np.triu_indices(k)
         table[..., layout.covariance : layout.covariance + k * (k + 1) // 2] = out[(..., *upper)]
-    return Estimate(table, found.used, found.friction, found.unknowns, layout)
+    return Estimate(table, found.used, found.friction, found.unknowns, layout, found.relative)

@@ -151,7 +151,7 @@ class Locator(Framewise):
             A last axis that is not the number of sensors.
         """
         table, used = self._frames(readings)
-        return Estimate(table, used, self.friction, self.unknowns, self.layout)
+        return Estimate(table, used, self.friction, self.unknowns, self.layout, self.relative)
 
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Which positions lie where loads are looked for.

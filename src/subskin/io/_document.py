@@ -43,7 +43,7 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         origin = _origin(told, array.on_area)
         spread = None if told.spread is None else Spread(**told.spread.model_dump())
         at = "sensors"
-        finger = Finger(skin, array, spread, not told.accepted_misfit)
+        finger = Finger(skin, array, spread, not told.accepted_misfit, relative=told.relative_forces)
         at = "recording"
         count = np.size(array.y)
         names = tuple(f"s{i}" for i in range(count)) if recording is None else tuple(recording.sensors)
@@ -57,7 +57,7 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
             if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
                 rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
                 raise InvalidValueError(f"{key} = {value:g}", rule, f"leave out {key}")
-        force = _forces(given.normal_force, array.on_area, length)
+        force = _forces(given.normal_force, array.on_area, length, told.relative_forces)
         at = "touch"
         if length is not None and not length > 0:
             raise InvalidValueError(f"length = {length:g} m", "has to be > 0", 'length = "20 mm"')
@@ -120,11 +120,14 @@ def _origin(told: _schema.CalibrationTable, on_area: bool) -> Any:
     return np.array(told.origin) if on_area else told.origin
 
 
-def _forces(given: Any, on_area: bool, length: float | None) -> tuple[float, float] | None:
-    """Ends of the normal force [N/m], on an area [N]."""
+def _forces(given: Any, on_area: bool, length: float | None, relative: bool) -> tuple[float, float] | None:
+    """Ends of the normal force [N/m], on an area [N]; plain numbers where forces are `relative`."""
     if given is None:
         return None
     unit = "N" if on_area else "N/m"
+    if relative and isinstance(given, list) and any(isinstance(v, str) for v in given):
+        rule = "forces of this finger are multiples of the load of the touches it was calibrated on, and no newtons"
+        raise InvalidValueError(f"normal_force = {given!r}", rule, "normal_force = [0.1, 2.0], or leave it out")
     if not isinstance(given, list) or len(given) != 2:
         fix = f'normal_force = ["1 {unit}", "2 {unit}"]'
         raise InvalidValueError(f"normal_force = {given!r}", "the least and the largest are needed", fix)
@@ -166,8 +169,10 @@ def _recording(table: _schema.RecordingTable, length: float | None, on_area: boo
 
 
 def model_facts(finger: Finger) -> dict[str, Any]:
-    """What [calibration] says of how far the finger's model is that of the skin; nothing where all is usual."""
+    """What [calibration] says of how far the finger's model is that of the skin, and of its forces."""
     facts: dict[str, Any] = {} if finger.trusted else {"accepted_misfit": True}
+    if finger.relative:
+        facts["relative_forces"] = True
     if finger.spread is not None:
         y, of = finger.spread.y, finger.spread
         ratios = {name: getattr(of, name).round(3).tolist() for name in ("straight", "leaning")}

@@ -280,6 +280,7 @@ class CalibrationTable(StrictTable):
     misfit: Number | None = None
     spread: SpreadTable | None = None
     accepted_misfit: StrictBool = False
+    relative_forces: StrictBool = False
     r2: Number | None = None
     r2_held_out: Number | None = None
     dead: list[StrictStr] = []

@@ -127,10 +127,8 @@ def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
     return transducer_of(name, **values)
 
 
-def _parameters(
-    document: _schema.FingerDocument, transducers: tuple[Transducer, ...], *, area: bool
-) -> dict[str, Any]:
-    """Those of gain, offset, lift, noise, range and resolution that are given: plain numbers, or in a unit of readings."""
+def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer, ...], *, area: bool) -> dict[str, Any]:
+    """Of gain, offset, lift, noise, range and resolution those given: plain numbers, or in a unit of readings."""
     table, unit, felt = document.sensors, unit_of_readings(document, transducers), {t.unit for t in transducers}
     per = felt.pop() if len(felt) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}

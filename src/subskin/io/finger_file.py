@@ -15,6 +15,7 @@ from .._check import FloatArray
 from .._shown import Tabled, span
 from ..errors import FileError, SubskinError
 from ..finger import Finger
+from ..loads import force_unit
 from ..measured import MeasuredResponse
 from ._document import model_facts, said
 from ._live import LiveFormat
@@ -117,7 +118,7 @@ class FingerFile(Tabled, Recorded):
     def _shown(self) -> list[tuple[str, str]]:
         first = [(line[2:12].strip(), line[12:]) for line in repr(self.finger).splitlines()[1:]]
         options = [f"{name} = {value:g}" for name, value in self.options.items()]
-        unit = "N" if self.finger.array.on_area else "N/m"
+        unit = force_unit(self.finger.array.on_area, self.finger.relative)
         options += [] if self.normal_force is None else [f"normal force {span(self.normal_force, unit)}"]
         options += [] if self.load is None else [f"load = {self.load}"]
         options += [] if self.beside is None else [f"to {1e3 * self.beside:g} mm beside the row"]

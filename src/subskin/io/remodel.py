@@ -81,7 +81,9 @@ def _change_kind(document: Any, file: FingerFile, kind: str) -> None:
         return
     young = written.skin.materials[0].young
     scale = 1 / young if (felt, new.unit) == ({""}, "Pa") else young if (felt, new.unit) == ({"Pa"}, "") else 1.0
-    numbers = {key: np.asarray(getattr(written.array, key)) for key in ("gain", "offset", "lift", "noise", "resolution")}
+    numbers = {
+        key: np.asarray(getattr(written.array, key)) for key in ("gain", "offset", "lift", "noise", "resolution")
+    }
     numbers |= {key: np.broadcast_to(end, len(written.array)) for key, end in zip(("low", "high"), file.limits)}
     numbers["gain"] = scale * numbers["gain"]
     # readings without a unit of their own were in that of the old kind

@@ -12,6 +12,7 @@ from .._check import FloatArray
 from ..contact import Contact
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import PressureMap, Status
+from ..loads import force_unit
 from .parts import legend, zero_line
 from .style import BLACK, BLUE, GREEN, GREY, MM, NORMAL_95, SINGLE, VERMILLION, finished, new_figure
 
@@ -78,7 +79,7 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
 def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: float) -> None:
     y, fine = found.y, np.linspace(found.y[0], found.y[-1], 1601)
     largest = float(found.pressure.max())
-    scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
+    scale, unit = scale_of(largest, found.mapper.relative)
     dragged = found.mapper.shear != "none"
     curves = [("pressure", found.pressure, found.pressure_interval, BLUE)]
     if dragged:
@@ -111,3 +112,10 @@ def _sensors(axes: Axes, found: PressureMap, origin: float) -> None:
     for at, face, name in ((position[used], GREEN, "sensors"), (position[~used], "none", "not used")):
         if at.size:
             axes.plot(at, np.full(at.size, 0.03), "^", mfc=face, label=name, **edge)
+
+
+def scale_of(largest: float, relative: bool, per: str = "m") -> tuple[float, str]:
+    """What pressures up to the `largest` [Pa] are divided by, and their unit; `relative` ones are loads `per` area."""
+    if relative:
+        return 1.0, f"{force_unit(local=False, relative=True)} / {per}"
+    return next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)

@@ -18,11 +18,11 @@ from ..contact import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import PressureImage, Status
 from ..io.files import replacing
+from .pressure import scale_of
 from .style import DOUBLE, GREY, MM, finished, house_style, new_figure, settled
 
 __all__ = ["pressure_image_figure", "pressure_movie"]
 
-_SCALES = ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
 _MOST = 500  # frames
 _DPI = 100
 _FINER = 4  # the truth is drawn, than the nodes
@@ -86,7 +86,7 @@ def pressure_image_figure(
         axes_beside = tuple(np.linspace(one[0], one[-1], _FINER * (one.size - 1) + 1) for one in axes_beside)
         beside = truth.pressure(*np.meshgrid(*axes_beside, indexing="ij"))
         largest = float(max(found.pressure.max(), np.where(np.isfinite(beside), beside, 0.0).max()))
-    scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
+    scale, unit = scale_of(largest, found.mapper.relative, "m²")
     wide, high = at.size(found)
     figure = new_figure(DOUBLE, min(22.0 + 66.0 * high / wide, 160.0))
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -218,7 +218,7 @@ def pressure_movie(
     at = _Axes(origin, turn)
     pressure = np.where(there[:, None, None], found.pressure, 0.0)
     largest = float(pressure.max())
-    scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
+    scale, unit = scale_of(largest, found.mapper.relative, "m²")
     with house_style():
         wide, high = at.size(found)
         figure = new_figure(100.0, min(25.0 + 75.0 * high / wide, 120.0))

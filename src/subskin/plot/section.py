@@ -355,7 +355,7 @@ def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
     _arrow(axes, force, length, mutation_scale=8 * scale.weight, zorder=4, **thin)
     axes.errorbar(force.position, 0.0, xerr=MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4)
     degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.position, MM * half[0])
-    text = f"found ({status}): {_pm(size, half[1])} N/m at {degrees}°,{gap}y = {where} mm"
+    text = f"found ({status}): {_pm(size, half[1])} {estimate.force_unit} at {degrees}°,{gap}y = {where} mm"
     axes.plot([], [], label=text, **thin)
 
 

@@ -252,7 +252,8 @@ def _single(found: Estimate) -> Figure:
     top = 0.6 * reach
     _found(axes, found, _Scale(top, float(found.force), 0.7), "\n")
     if near:
-        text = f"rival: {float(second.force):.3g} N/m at y = {rival:.2f} mm, chi-square {float(second.chi2):.3g} worse"
+        force, worse = f"{float(second.force):.3g} {found.force_unit}", f"chi-square {float(second.chi2):.3g} worse"
+        text = f"rival: {force} at y = {rival:.2f} mm, {worse}"
         axes.plot([rival], [0.0], "v", color=GREY, markersize=6, label=text, clip_on=False)
     axes.axhline(0.0, color=BLACK, linewidth=0.9)
     axes.set(xlim=(centre - reach, centre + reach), ylim=(0.12 * top, -1.1 * top))

@@ -71,7 +71,8 @@ def slip_figure(judged: Slip, frame: int | tuple[int, ...] = (), probability: fl
     else:
         _plane(plane, judged, index, bound)
         _zone(zone, judged, index)
-    plane.set(xlabel="normal force $N$ [N/m]", ylabel="tangential force $T$ [N/m]")
+    unit = judged.estimate.force_unit
+    plane.set(xlabel=f"normal force $N$ [{unit}]", ylabel=f"tangential force $T$ [{unit}]")
     return figure
 
 
@@ -121,7 +122,7 @@ def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> No
     axes.plot([normal, normal], [tangential, edge], color=BLUE, lw=0.9, ls=":", zorder=3)
     beside = 0.5 * np.sqrt(_CHI2_95 * covariance[0, 0]) + 0.02 * most
     margin = f"{judged.margin[index]:.2g}".replace("-", "−")
-    text = f"margin {margin} ± {NORMAL_95 * float(judged.margin_std[index]):.2g} N/m"
+    text = f"margin {margin} ± {NORMAL_95 * float(judged.margin_std[index]):.2g} {judged.estimate.force_unit}"
     white = {"facecolor": "w", "alpha": 0.75, "lw": 0, "pad": 1.0}
     note: dict[str, Any] = {"fontsize": 7, "bbox": white, "zorder": 3.2}
     axes.text(normal - beside, 0.5 * (tangential + edge), text, color=BLUE, ha="right", va="center", **note)
@@ -130,7 +131,7 @@ def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> No
         axes.annotate("", xy=(least, tangential), xytext=(normal, tangential), arrowprops=arrow, zorder=3.5)
         up = tangential < 0
         position = tangential + (0.06 if up else -0.06) * (top - bottom)
-        text = f"least for {100 * bound:.3g} %: {least:.3g} N/m"
+        text = f"least for {100 * bound:.3g} %: {least:.3g} {judged.estimate.force_unit}"
         ha, away = ("left", beside) if least > normal else ("right", -beside)
         axes.text(normal + away, position, text, color=GREEN, ha=ha, va="bottom" if up else "top", **note)
     axes.legend(loc="upper left" if tangential >= 0 else "lower left")

@@ -65,7 +65,7 @@ def contact_strip(found: Estimate, *, origin: float = 0.0) -> Figure:
     force.plot(frames, normal, ".", color=BLACK, markersize=2.5, label="normal")
     force.plot(frames, drag, ".", color=VERMILLION, markersize=2.5, label="drag")
     force.legend(loc="best")
-    force.set(xlabel="frame", ylabel="force [N/m]", xlim=(-0.5, frames[-1] + 0.5))
+    force.set(xlabel="frame", ylabel=f"force [{found.force_unit}]", xlim=(-0.5, frames[-1] + 0.5))
     legend(figure, position, loc="outside upper left", ncols=3)
     return figure
 

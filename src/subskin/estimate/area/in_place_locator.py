@@ -119,7 +119,7 @@ class InPlaceLocator(Framewise):
             A last axis that is not the number of sensors.
         """
         table, used = self._frames(readings)
-        return Estimate(table, used, self.friction, self.unknowns, AREA)
+        return Estimate(table, used, self.friction, self.unknowns, AREA, self.relative)
 
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether positions lie where loads are looked for.

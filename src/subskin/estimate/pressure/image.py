@@ -14,6 +14,8 @@ from ..._check import FloatArray, read_only
 from ..._shown import Drawing
 from ...contact import PressureGrid
 from ...errors import GeometryError
+from ...loads import force_unit
+from ..estimate import unit_column
 from ..shown import Shown
 from . import columns as column
 from ._operator import Factors
@@ -76,9 +78,10 @@ class PressureImage(SurfaceMap):
 
     def _shown(self) -> list[Shown]:
         (y, z), (y_std, z_std) = np.moveaxis(self.centre, -1, 0), np.moveaxis(self.centre_std, -1, 0)
-        moment = Shown("moment", 1e3 * self.moment, 1e3 * self.moment_std, "mN m")
+        unit = force_unit(local=True, relative=self.mapper.relative)
+        moment = Shown("moment", 1e3 * self.moment, 1e3 * self.moment_std, f"{unit} mm")
         return [
-            Shown("normal force", self.normal_force, self.normal_std, "N"),
+            Shown("normal force", self.normal_force, self.normal_std, unit),
             Shown("centre y", 1e3 * y, 1e3 * y_std, "mm"),
             Shown("z", 1e3 * z, 1e3 * z_std, "mm"),
             Shown("angle", 180 / np.pi * self.angle, 180 / np.pi * self.angle_std, "deg"),
@@ -93,7 +96,8 @@ class PressureImage(SurfaceMap):
                 out[f"{error}_{axis}"] = getattr(self, error)[..., i]
         names = ["normal_force", "normal_std", "angle", "angle_std", "azimuth", "azimuth_std"]
         names += ["moment", "moment_std", "residual"]
-        return {name: getattr(self, name) for name in names} | out | super()._columns()
+        unit = unit_column(self.shape, force_unit(local=True, relative=True), self.mapper.relative)
+        return {name: getattr(self, name) for name in names} | out | super()._columns() | unit
 
     @property
     def y(self) -> FloatArray:

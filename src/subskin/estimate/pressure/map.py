@@ -12,7 +12,8 @@ import numpy.typing as npt
 from ..._check import FloatArray, read_only
 from ..._shown import Drawing
 from ...array import SensorArray
-from ..estimate import FrameTable
+from ...loads import force_unit
+from ..estimate import FrameTable, unit_column
 from ..frames import patterns
 from ..shown import Shown
 from . import columns as column
@@ -98,14 +99,17 @@ class PressureMap(SurfaceMap):
     plot = Drawing("pressure_figure")
 
     def _shown(self) -> list[Shown]:
-        scaled = (("normal_force", "normal_std", 1.0, "N/m"), ("centre", "centre_std", 1e3, "mm"))
+        unit = force_unit(local=False, relative=self.mapper.relative)
+        scaled = (("normal_force", "normal_std", 1.0, unit), ("centre", "centre_std", 1e3, "mm"))
         found = [*scaled, ("angle", "angle_std", 180 / np.pi, "deg")]
         return [Shown(n.replace("_", " "), k * getattr(self, n), k * getattr(self, e), u) for n, e, k, u in found]
 
     def _columns(self) -> dict[str, Any]:
         names = ("normal_force", "tangential_force", "angle", "centre")
         errors = ("normal_std", "tangential_std", "angle_std", "centre_std", "residual")
-        return {name: getattr(self, name) for name in (*names, *errors)} | super()._columns()
+        found = {name: getattr(self, name) for name in (*names, *errors)}
+        unit = unit_column(self.shape, force_unit(local=False, relative=True), self.mapper.relative)
+        return found | super()._columns() | unit
 
     @property
     def y(self) -> FloatArray:

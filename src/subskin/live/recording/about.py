@@ -43,6 +43,8 @@ class About(Frozen):
         What presses, [locate] of the finger file: "line", "point", "either", or "" where it does not say.
     length : float or None
         Length of the contacts, [touch] of the finger file [m].
+    relative : bool
+        Whether forces are multiples of the load of a calibration's touches, as of the finger.
     finger_name, driver : str
         What the finger file and the driver are called.
     options : mapping
@@ -69,6 +71,7 @@ class About(Frozen):
     epoch: float
     load: str = ""
     length: float | None = None
+    relative: bool = False
     finger_name: str = "finger.toml"
     driver: str = ""
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -107,6 +110,7 @@ class About(Frozen):
             epoch=epoch,
             load=file.load or "",
             length=file.length,
+            relative=file.finger.relative,
             finger_name=file.name,
             driver=driver,
             options=_plain(dict(options or {})),
@@ -115,8 +119,8 @@ class About(Frozen):
 
     @property
     def newtons(self) -> bool:
-        """Whether all forces can be said in N: those of a long contact need its length."""
-        return self.axes == "yz" or self.load == "point" or self.length is not None
+        """Whether all forces can be said in N: those of a long contact need its length, and none may be relative."""
+        return not self.relative and (self.axes == "yz" or self.load == "point" or self.length is not None)
 
     @cached_property
     def document(self) -> dict[str, Any]:

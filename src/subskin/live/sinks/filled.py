@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidValueError
+from ...loads import force_unit
 from ..recording.about import About
 from ..recording.table import EVENT, FRAME, unknowns_of
 from .definitions import SLIP, STATUS
@@ -147,7 +148,7 @@ class Filled:
             "status": STATUS.get(row["status"], 255),
             "position": self._vector(self._position(row), "Point"),
             "force": self._vector(self._force(row)),
-            "unit": {"line": "N/m", "point": "N"}.get(row["load"], ""),
+            "unit": force_unit(row["load"] == "point", self.about.relative) if row["load"] in ("line", "point") else "",
             "length": float(self.about.length) if long and self.about.length is not None else np.nan,
             "half_width": float(row["half_width"]) if long else np.nan,
             "covariance_of": self._unknown,

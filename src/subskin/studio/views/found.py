@@ -13,6 +13,7 @@ from ...contact import family_of, local_family_of
 from ...errors import SubskinError
 from ...estimate import Status
 from ...io.finger_file import FingerFile
+from ...loads import force_unit
 from .touch import Touch
 
 __all__ = ["STATUS", "fitted_family", "rows_of", "told"]
@@ -90,7 +91,7 @@ def rows_of(values: dict[str, Any], area: bool, truth: Mapping[str, float] | Non
     truth : mapping, optional
         True values [SI], by the same names.
     """
-    unit, true_of = "N" if area else "N/m", truth or {}
+    unit, true_of = values.get("force_unit", force_unit(area)), truth or {}
     out = []
     for name in (
         "position",
@@ -106,7 +107,7 @@ def rows_of(values: dict[str, Any], area: bool, truth: Mapping[str, float] | Non
     ):
         if name not in values:
             continue
-        scale, own = _UNITS.get(name, (1.0, "N" if name == "point_force" else unit))
+        scale, own = _UNITS.get(name, (1.0, values.get("force_unit", "N") if name == "point_force" else unit))
         value, std = scale * values[name], scale * values.get(f"{name}_std", np.nan)
         text = with_error(value, std, own).replace("+-", "±").replace(" °", "°").replace("-", "−")
         out.append(

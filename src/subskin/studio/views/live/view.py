@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from ....errors import InvalidValueError
 from ....io.finger_file import FingerFile
+from ....loads import force_unit
 from .feed import DeviceFeed, Feed, PlayedFeed
 
 __all__ = ["LiveView"]
@@ -123,11 +124,12 @@ class LiveView:
         file = file if track is None else track.file
         array = file.finger.array
         units = {kind.unit for kind in array.transducers}
+        force = force_unit(array.on_area, file.finger.relative)
         return {
             "sensors": {"y": array.points[:, 0], "z": array.points[:, 1], "names": list(file.names)},
             "area": array.on_area,
             "depth": float(np.max(array.depth)),
-            "units": {"force": "N" if array.on_area else "N/m", "reading": units.pop() if len(units) == 1 else ""},
+            "units": {"force": force, "reading": units.pop() if len(units) == 1 else ""},
         }
 
     def _history(self) -> list[list[float]]:
