@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.errors import InvalidValueError
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.45))
 PLACES = np.linspace(0, 32e-3, 65)
@@ -329,3 +330,21 @@ class TestDoubts:
     def test_none(self):
         truth = on(LAYER)
         assert ss.calibrate(truth, touch(truth, FEW), FEW).doubts == ()
+
+
+@pytest.mark.parametrize("area", [False, True])
+def test_positions_in_millimetres_are_said_to_be(area):
+    """A track of a thousand arrays, which would be searched through a depth at a time."""
+    if area:
+        array, skin = ss.SensorArray.grid((3, 3), 3e-3, 3e-3, noise=1e-6), ss.HalfSpace(ss.Material(young=0.4e6))
+        at = np.stack(np.meshgrid(np.linspace(-3, 3, 4), np.linspace(-3, 3, 4)), axis=-1).reshape(-1, 2)
+        touches = ss.Finger(skin, array).read(ss.PointLoad(1.0, position=1e-3 * at), np.random.default_rng(0))
+    else:
+        array, skin = ss.SensorArray.line(4, 3e-3, 3e-3, noise=1e-6), ss.HalfPlane(ss.Material(young=0.4e6))
+        at = np.linspace(0.0, 9.0, 16)
+        touches = ss.Finger(skin, array).read(ss.LineLoad(1.0, position=1e-3 * at - 4.5e-3))
+    finger = ss.Finger(skin, array)
+    with pytest.raises(InvalidValueError, match=r"touches over [69] m, .* in mm these would span [69] mm.*1e-3 \* pos"):
+        ss.calibrate(finger, touches, at)
+    assert ss.calibrate(finger, touches, 1e-3 * at).r2 > 0.999
+    assert ss.calibrate(finger, touches, 1e-3 * at + 7.0).r2 > 0.999  # wherever the motor's zero is

@@ -411,3 +411,30 @@ def test_without_a_recording_and_a_gain_readings_are_in_what_the_sensors_feel():
         parse_finger(text.replace("normal_strain", "mean_pressure").replace("noise", "gain = 0.5\nnoise"))
     with pytest.raises(FileError, match="a plain number is needed"):  # a strain has no unit
         parse_finger(text)
+
+
+def test_a_gain_that_is_new_leaves_readings_as_they_were():
+    """Without one the unit of what is felt is that of the readings; with one nothing says what they are in."""
+    text = """\
+[skin]
+young = "0.4 MPa"
+[sensors]
+count = 2
+pitch = "6 mm"
+depth = "5 mm"
+kind = "mean_pressure"
+noise = "20 Pa"     # as the data sheet says
+low = ["1 kPa", "2 kPa"]
+[tare]
+drift = "3 Pa/s"
+noise = "0.1 kPa"
+"""
+    file = parse_finger(text)
+    found = file.with_finger(replace(file.finger, array=replace(file.finger.array, gain=2.0)), 0.0)
+    assert found.finger.array.gain.tolist() == [2.0, 2.0]
+    for name in ("noise", "low", "offset", "high"):
+        assert getattr(found.finger.array, name).tolist() == getattr(file.finger.array, name).tolist()
+    assert (found.drift, found.stirring) == (file.drift, file.stirring) == (3.0, 100.0)
+    assert "noise = 20.0     # as the data sheet says" in found.text
+    same = file.with_finger(replace(file.finger, array=replace(file.finger.array, noise=30.0)), 0.0)
+    assert 'low = ["1 kPa", "2 kPa"]' in same.text

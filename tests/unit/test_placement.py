@@ -219,3 +219,16 @@ def test_figures_refuse_what_they_cannot_draw(study):
             placement_study_figure(study, **options)
     thick = [line for line in placement_study_figure(study).axes[0].lines if line.get_linewidth() > 3]
     assert len(thick) == 2  # three sensors are never told to 1 %
+
+
+@pytest.mark.parametrize("margin", [1e300, 1e4, np.inf])
+def test_a_margin_from_which_nothing_is_felt_is_refused_at_once(margin, monkeypatch):
+    monkeypatch.setattr("subskin.design.placement.study.run_tasks", pytest.fail)
+    skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    with pytest.raises(InvalidValueError, match=r"margin = .* has to be .*Fix: margin=1\.5"):
+        ss.design.placement_study(
+            skin, ss.NormalStrain(), [1e-3], [1e-3], [4], ss.design.Touches(force=40.0), noise=5e-5, margin=margin
+        )
+    finger = ss.Finger(skin, ss.SensorArray.line(4, 1e-3, 1e-3, noise=1e-4))
+    with pytest.raises(InvalidValueError, match="margin"):
+        ss.design.placement_quality(finger, ss.design.Touches(force=40.0), margin=margin)

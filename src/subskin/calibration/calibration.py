@@ -40,6 +40,8 @@ FEWEST_SPARE = 2
 """Spare readings that a sensor, or a frame, needs before a misfit is noticed: one may fit by chance."""
 _WILD = 1e100
 """A reading whose square is no float any more, with the sums that a fit takes of it."""
+_SPANS = 100.0
+"""Extents of the sensors that touches may span."""
 _PLACES = ("origin", "origin_y", "origin_z", "turn")
 _LOOSE, _LOST, _HOPELESS, _TIED = 0.1, 0.5, 10, 0.95
 
@@ -326,6 +328,7 @@ def checked_touches(
             f"one position for each of the {len(data)} touches",
             f"shape ({len(data)},)",
         )
+    _refuse_span(finger, y)
     p = _check.for_each("force", _check.real("force", force, unit="N/m", at_least=0.0), len(data), "touch")
     a = _check.for_each("angle", _check.real("angle", angle, unit="rad"), len(data), "touch")
     usable = np.where(finger.array.inside(data), data, np.nan)
@@ -333,6 +336,17 @@ def checked_touches(
         b = _check.for_each("azimuth", _check.real("azimuth", azimuth, unit="rad"), len(data), "touch")
         return usable, y, np.stack([p * np.cos(a), p * np.sin(a) * np.cos(b), p * np.sin(a) * np.sin(b)], axis=-1)
     return usable, y, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
+
+
+def _refuse_span(finger: Finger, positions: FloatArray) -> None:
+    """Refuse positions that span so many arrays that they are millimetres, taken for metres."""
+    array, span = finger.array, float(np.ptp(positions, axis=0).max())
+    size = float(np.ptp(array.points, axis=0).max()) + 2 * float(np.asarray(array.depth).max())
+    if span > _SPANS * size:
+        seen = f"touches over {span:.6g} m, by sensors over {size:.6g} m"
+        rule = f"touches a finger feels lie within {_SPANS:g} times its sensors; in mm these would span {span:.6g} mm"
+        fix = 'positions in m (1e-3 * positions); for segment, [recording] position = {column = "x", unit = "mm"}'
+        raise InvalidValueError(seen, rule, fix)
 
 
 def score(data: FloatArray, model: FloatArray, live: npt.NDArray[np.bool_]) -> Score:

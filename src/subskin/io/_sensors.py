@@ -19,9 +19,17 @@ from .units import quantity, si_unit
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["build_array", "in_readings", "reading_unit", "said_of", "transducer_said", "unit_of_readings"]
+__all__ = [
+    "IN_READINGS",
+    "build_array",
+    "in_readings",
+    "reading_unit",
+    "said_of",
+    "transducer_said",
+    "unit_of_readings",
+]
 
-_IN_READINGS = ("offset", "lift", "noise", "low", "high", "resolution")
+IN_READINGS = ("offset", "lift", "noise", "low", "high", "resolution")
 
 
 def build_array(document: _schema.FingerDocument) -> SensorArray:
@@ -133,7 +141,7 @@ def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer,
     per = felt.pop() if len(felt) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
     units["lift"] = f"{unit or 1}/({'N' if area else 'N/m'})"
-    given = [key for key in ("gain", *_IN_READINGS) if key in table.model_fields_set]
+    given = [key for key in ("gain", *IN_READINGS) if key in table.model_fields_set]
     try:
         return {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in given}
     except InvalidValueError as error:

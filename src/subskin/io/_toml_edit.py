@@ -11,6 +11,7 @@ from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..skin import KINDS, Skin
+from ._sensors import IN_READINGS, in_readings
 from ._skin import is_written, numbers
 from .units import format_quantity, rounded
 
@@ -33,6 +34,10 @@ def edited(
     skin: Any = document["skin"]
     sensors: Any = document["sensors"]
     _edit_skin(skin, old.skin, new.skin)
+    felt = {kind.unit for kind in old.array.transducers}
+    unsaid = document.get("recording", {}).get("unit") is None and len(felt) == 1
+    if unsaid and "gain" not in sensors and not _same(np.asarray(old.array.gain), np.asarray(new.array.gain)):
+        _without_units(document, felt.pop(), "N" if old.array.on_area else "N/m")
     moved = not _same(old.array.points, new.array.points)
     for name in ("layout", "count", "shape", "pitch", "centre") if moved else ():
         sensors.pop(name, None)
@@ -77,6 +82,15 @@ def edited(
         document.add(tomlkit.nl())
     document.add("calibration", table)
     return tomlkit.dumps(document)
+
+
+def _without_units(document: Any, unit: str, force: str) -> None:
+    """Readings in `unit` as plain numbers: once there is a gain, the file does not say what they are in."""
+    units = dict.fromkeys(IN_READINGS, unit) | {"lift": f"{unit or 1}/({force})", "drift": f"{unit or 1}/s"}
+    for table in (document["sensors"], document.get("tare", {})):
+        for key in units.keys() & table.keys():
+            value = in_readings(table[key].unwrap(), units[key], key)
+            table[key] = [rounded(v) for v in value] if isinstance(value, list) else rounded(value)
 
 
 def _edit_skin(table: Any, old: Skin, new: Skin) -> None:

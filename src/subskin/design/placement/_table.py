@@ -26,6 +26,8 @@ AMBIGUITY = 13.8
 FALSE_ALARM = 1e-6
 MARGIN = 1.5
 """As `finger.locate` has them if nothing else is stated."""
+_FARTHEST = 100.0
+"""Depths beyond the sensors from which nothing is felt."""
 
 MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
 """Rows of a survey, in the order of the compiled code."""
@@ -249,6 +251,12 @@ def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
 def checked_samples(samples: int) -> int:
     """A number of touches that are drawn at random."""
     return _check.whole("samples", samples, at_least=1, at_most=_MOST_SAMPLES, fix="samples=2000")
+
+
+def checked_margin(margin: npt.ArrayLike) -> float:
+    """How far beyond the sensors loads are looked for, in depths."""
+    fix = f"margin={MARGIN}: farther out a load is hardly felt"
+    return _check.scalar("margin", margin, at_least=0.0, at_most=_FARTHEST, fix=fix)
 
 
 def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.int_]:

@@ -13,7 +13,7 @@ from ...errors import InvalidValueError
 from ...skin import Skin
 from ..touches import Touches
 from ._area import AREA_GRID, AREA_MEASURES, AskedTouches, Channel, OneArea, check_area, judged_area, searched_area
-from ._table import AMBIGUITY, MARGIN
+from ._table import AMBIGUITY, MARGIN, checked_margin
 from .layout import Arrangement
 
 __all__ = ["AREA_SAMPLES", "channels_of", "study_area"]
@@ -103,7 +103,7 @@ def study_area(
     check_area(skin, touches)
     deep = _check.scalar("depth", depth, unit="m", above=0.0)
     steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
-    beyond = _check.scalar("margin", margin, at_least=0.0)
+    beyond = checked_margin(margin)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     kinds = _check.several("kinds", kinds, Channel, "[Channel(NormalStrain(), 1e-3)]")
     layouts = _check.several("layouts", layouts, Arrangement, '[Arrangement("grid", (3, 3))]')

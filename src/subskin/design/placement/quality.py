@@ -11,7 +11,18 @@ from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...finger import Finger, finger_needed
 from ..touches import Touches
-from ._table import AMBIGUITY, MAPS, MARGIN, SHARES, RowField, check_span, checked_counts, judged, searched
+from ._table import (
+    AMBIGUITY,
+    MAPS,
+    MARGIN,
+    SHARES,
+    RowField,
+    check_span,
+    checked_counts,
+    checked_margin,
+    judged,
+    searched,
+)
 
 __all__ = ["PlacementQuality", "placement_quality"]
 
@@ -110,7 +121,7 @@ def placement_quality(
     check_span(finger.skin, touches)
     array = finger.array.select(live)
     span = touches.span_on(finger)
-    beyond = _check.scalar("margin", margin, at_least=0.0)
+    beyond = checked_margin(margin)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     positions, deepest = np.asarray(array.y), float(np.asarray(array.depth).max())
     search = searched(positions, deepest, finger.skin, span, beyond)

@@ -23,6 +23,7 @@ from ._table import (
     OneSensor,
     check_span,
     checked_counts,
+    checked_margin,
     checked_samples,
     jittered,
     judged,
@@ -118,7 +119,7 @@ def study_row(
     numbers = checked_counts(counts, touches)
     sigma = _check.scalar("noise", noise, above=0.0)
     wide = _check.scalar("width", width, unit="m", at_least=0.0)
-    beyond = _check.scalar("margin", margin, at_least=0.0)
+    beyond = checked_margin(margin)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     amount = checked_samples(samples)
     if steps.ndim != 1:

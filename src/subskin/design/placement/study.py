@@ -21,7 +21,7 @@ from ...finger import Finger
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
-from ._table import AMBIGUITY, GRID, MARGIN, PLACEMENT_MEASURES, checked_counts
+from ._table import AMBIGUITY, GRID, MARGIN, PLACEMENT_MEASURES, checked_counts, checked_margin
 from .row import SAMPLES, equal_row, study_row
 
 __all__ = ["PlacementStudy", "placement_study"]
@@ -154,6 +154,7 @@ def placement_study(
     sigma = _check.read_only(np.broadcast_to(sigma, (len(kinds),)).copy())
     steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
     touched = _check.random(rng)
+    checked_margin(margin)
     numbers = checked_counts(counts, touches)
     numbers.flags.writeable = False
     threads = None if workers is None else int(_check.scalar("workers", workers, at_least=1))
