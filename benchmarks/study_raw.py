@@ -4,8 +4,8 @@
 
 FOLDER (../shared/data) holds the recordings, which do not ship with this package: barotact/, three of four barometers
 in a row. "full" is calibrated on every second of its own presses, as docs/recording.md does. The others are of other
-days, and located by that finger: the first three of their presses that are OK say where the row lies. What presses have
-in common at a sensor, beside the field, is taken
+days, and located by that finger: the first three of their presses that are OK, with a lift, say where the row lies.
+What presses have in common at a sensor, beside the field, is taken
 
 - "lift": to go with the load, as `calibrate` does;
 - "offset": to be the same under every load that is felt, and nothing where the skin is free;
@@ -56,31 +56,34 @@ FITS = {
 OFF, SURE, DOWN, LIGHT = 2e-3, 3.0, 0.99, 0.85
 
 
-def calibrated(data: Path, name: str, common: str) -> tuple[ss.io.FingerFile, ss.Finger]:
-    """The file and the finger for a recording; they are one where the finger reads differences without an offset."""
+def calibrated(data: Path, common: str) -> tuple[ss.io.FingerFile, ss.Finger]:
+    """The file and the finger by every second press of "full"; the file's own has no offset, which raw frames lack."""
     file = ss.io.parse_finger(FINGER).of_differences()
     own = file.segment(data / "barotact" / AIR["full"])
     found = ss.calibrate(file.finger, own.reading[::2], own.position[::2], fit=FITS[common])
     plain = replace(found.finger, array=replace(found.finger.array, offset=0.0))
-    made, origin = file.with_finger(plain, found.origin), found.origin
-    if name != "full":
-        presses = file.segment(data / "barotact" / AIR[name])
-        there = replace(made, finger=found.finger).locate(presses.reading)
-        fine = there.status == ss.Status.OK
-        origin = np.median((presses.position - there.position)[fine][:3]) if fine.any() else origin
-    return replace(made, origin=float(origin)), found.finger
+    return file.with_finger(plain, found.origin), found.finger
+
+
+def origin_of(data: Path, name: str) -> float:
+    """Where the row lies on another day: as three presses say that are located by the finger with a lift [m]."""
+    file, _ = calibrated(data, "lift")
+    presses = file.segment(data / "barotact" / AIR[name])
+    found = file.locate(presses.reading)
+    return float(np.median((presses.position - found.position)[found.ok][:3]))
 
 
 def located(data: Path, name: str, common: str) -> dict[str, np.ndarray]:
     """Of each frame: the status, the error and its standard error [m], how far down, and whether that grows."""
-    file, finger = calibrated(data, name, common)
+    file, finger = calibrated(data, common)
+    origin = file.origin if name == "full" else origin_of(data, name)
     table = ss.io.read_table(data / "barotact" / AIR[name])
     tared = file.tare(table)
     found = replace(file, finger=finger).locate(tared.readings)
     status = np.where(tared.free & (common == "offset"), ss.Status.NO_CONTACT, found.status)
     truth, down = table.numbers("x") * 1e-6, table.numbers("z") / table.numbers("z").max()
     before = np.concatenate([[True], np.diff(down) >= 0])
-    error = np.abs(found.position + file.origin - truth)
+    error = np.abs(found.position + origin - truth)
     return {"status": status, "error": error, "std": found.std[..., 0], "down": down, "rises": before}
 
 

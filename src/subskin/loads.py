@@ -216,7 +216,7 @@ def polar_covariance(components: FloatArray, covariance: FloatArray) -> FloatArr
 
 
 def force_unit(local: bool, relative: bool = False) -> str:
-    """What forces that were found are in: the one place where that is decided.
+    """What forces that were found are in; nothing else decides that.
 
     Parameters
     ----------

@@ -64,8 +64,8 @@ def test_the_others_are_located(results: dict[str, dict]) -> None:
     assert found["against_truth"]["ok"]["median"] <= 0.06e-3
     assert found["against_truth"]["ok"]["worst"] <= 1e-3
     # what is wrong by more than 0.3 mm says so: it is ambiguous, or has such a standard error
-    error, status = np.abs(found["columns"]["error"]), np.array(found["columns"]["status"])
-    unsure = np.array(found["columns"]["position_std"]) > error / 2
+    error, status = np.abs(np.array(found["columns"]["error"], float)), np.array(found["columns"]["status"])
+    unsure = np.array(found["columns"]["position_std"], float) > error / 2
     assert set(status[(error > 0.3e-3) & ~unsure]) <= {"ambiguous"}
 
 

@@ -57,7 +57,7 @@ def calibrate(
         wherever it presses), "depth" (one shift of all), "depths" (each sensor's), "origin", "position" (each sensor's
         along the row), "poisson", "width" (one for all), "thickness" (of a skin of one layer). On an area also "turn",
         and no "width". By default gain, offset, depth, origin, and turn. Readings less those of the free skin, as
-        `segment` writes them, have no offset: fit "lift" in its place.
+        `segment` writes them, have no offset: fit "lift" instead.
     force, angle, azimuth : array_like, optional
         Load of each touch [N/m or N, rad, rad]; `azimuth`, on an area, is the motor's.
         Without `force` every touch carries the same load and the gain is the reading per
