@@ -85,7 +85,7 @@ class Framewise(ABC):
         self._compiled: Any = None
         self._linear = all(t.linear for t in set(array.transducers))
         self._allowed: tuple[Spread | None, float, bool] | None = None
-        self._ends: tuple[float, ...] = ()
+        self._search_ends: tuple[float, ...] = ()
         self.relative = False
 
     def allow_for(self, finger: Finger, friction: float) -> Self:
@@ -249,7 +249,7 @@ class Framewise(ABC):
             # what explains a frame nearly as well by so much larger errors: a rival, or a load at an end of the search
             y, status = out[:, 0], out[:, at.status]
             near = out[:, at.rival_chi2] < self._apart * ratio[:, 0] ** 2
-            for end in self._ends:
+            for end in self._search_ends:
                 near |= (y - end) ** 2 < self._apart * out[:, at.covariance]
             status[(status == Status.OK) & near] = Status.AMBIGUOUS
             if at.wide:  # readings know the square of the half width

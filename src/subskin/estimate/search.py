@@ -128,7 +128,7 @@ class Locator(Framewise):
                 raise InvalidValueError(f"scan_step = {step:.3g} m", rule, "scan_step=None")
         count = max(int(np.ceil((response.stop - response.start) / step - 1e-9)) + 1, 3)
         self._scan = np.linspace(response.start, response.stop, count)
-        self._ends = (float(response.start), float(response.stop))
+        self._search_ends = (float(response.start), float(response.stop))
         self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
 
     def __call__(self, readings: npt.ArrayLike) -> Estimate:

@@ -28,6 +28,7 @@ class _Mapper(Protocol):
     y: FloatArray
     array: SensorArray
     shear: str
+    relative: bool
 
     def factors(self, used: npt.NDArray[np.bool_]) -> Sequence[Factors]: ...
 
