@@ -293,3 +293,31 @@ class TestTheFile:
             with said:
                 assert usual.locate(touch).ok == sure
         assert "ok" not in {line.split(",")[-1] for line in (tmp_path / "located.csv").read_text().splitlines()}
+
+
+def test_an_interval_that_reaches_the_end_of_the_search_is_ambiguous():
+    """Errors that are larger than noise's leave open what these would not: a load at the end, and a rival."""
+    array = ss.SensorArray.line(5, pitch=3e-3, depth=4e-3, noise=1e-4)
+    finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    readings = finger.read(ss.LineLoad(40.0, position=[0.0, 6e-3]), np.random.default_rng(0))
+    search = (-9e-3, 9e-3)
+    plain = finger.locate(readings, friction=0, search=search)
+    assert (plain.status == ss.Status.OK).all()
+    reach = np.sqrt(13.8) * plain.std[:, 0]  # `ambiguity` of chi-square
+    for ratio, ok in ((0.9 * 3e-3 / reach[1], True), (1.1 * 3e-3 / reach[1], False)):
+        wide = replace(finger, spread=Spread([0.0], straight=[ratio], leaning=[ratio]))
+        found = wide.locate(readings, friction=0, search=search)
+        np.testing.assert_allclose(found.std[:, 0], ratio * plain.std[:, 0])
+        assert (found.status[1] == ss.Status.OK) is np.bool_(ok)
+        assert found.status[0] == ss.Status.OK  # in the middle
+
+
+def test_a_rival_is_weighed_by_the_larger_errors():
+    array = ss.SensorArray.line(4, pitch=3e-3, depth=4e-3, noise=1e-4)
+    finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    readings = finger.read(ss.LineLoad(40.0, position=3e-3), np.random.default_rng(0))
+    chi2 = float(finger.locate(readings, search=(-20e-3, 20e-3)).second.chi2)  # larger than that of the best
+    for share, expected in ((0.9, ss.Status.OK), (1.1, ss.Status.AMBIGUOUS)):
+        ratio = share * np.sqrt(chi2 / 13.8)
+        wide = replace(finger, spread=Spread([0.0], straight=[ratio], leaning=[ratio]))
+        assert wide.locate(readings, search=(-20e-3, 20e-3)).status == expected
