@@ -100,7 +100,8 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
             highest = max(highest, min(1.05 * float(np.nanmax(real)), 2 * highest))
     zero_line(axes)
     axes.set_ylim(lowest / scale - 0.08 * (highest - lowest) / scale, highest / scale)
-    axes.set_ylabel(f"{'pressure and shear' if dragged else 'pressure'} [{unit}]")
+    apart = "\n" if found.mapper.relative else " "  # a long unit is on a line of its own
+    axes.set_ylabel(f"{'pressure and shear' if dragged else 'pressure'}{apart}[{unit}]")
     width = float(np.interp(found.centre, y, found.resolution))
     ends, label = MM * (found.centre + origin + width * np.array([-0.5, 0.5])), f"resolution {MM * width:.2g} mm"
     axes.plot(ends, np.full(2, 0.94 * highest / scale), color=GREY, lw=2.5, solid_capstyle="butt", label=label)
