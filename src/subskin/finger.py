@@ -315,7 +315,7 @@ class Finger(Tabled, Frozen):
         """
         if self._unread:
             self._doubt(contact)
-        return self.array.digitise(self.measure(contact), rng, contact.normal_force)
+        return self.array.digitise(self.measure(contact), rng, contact.normal_force if self.array.lifted else 0.0)
 
     @cached_property
     def _unread(self) -> list[bool]:

@@ -199,7 +199,9 @@ class Forward:
 
     def readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """Readings with the finger's own gains, lifts and offsets, shape (m, n)."""
-        return self.finger.array.digitise(self.unit(p, positions, load), normal_force=load[:, 0])
+        array = self.finger.array
+        lifted = np.asarray(array.lift) * load[:, :1] + np.asarray(array.offset)
+        return np.asarray(np.asarray(array.gain) * self.unit(p, positions, load) + lifted)
 
     def expansion(self, p: FloatArray) -> FloatArray:
         """How what is reported follows from p, shape (reported, size).

@@ -79,7 +79,7 @@ def simulate_readings(
         far = int(np.abs(each["position"]).reshape(len(each["position"]), -1).max(axis=1).argmax())
         finger.read(contact(**{name: values[far] for name, values in each.items()}))  # warns of a unit forgotten
     values = measured(finger, contact, each, executor=executor, progress=progress)
-    return finger.array.digitise(values, rng, contact(**each).normal_force)
+    return finger.array.digitise(values, rng, contact(**each).normal_force if finger.array.lifted else 0.0)
 
 
 def measured(
