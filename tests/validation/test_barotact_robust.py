@@ -63,7 +63,7 @@ def test_the_offsets_of_the_first_seconds_do_not_serve_for_all(skin):
     early = plateau(skin, skin.pressure, 0.0, 0.4)
     _, tared, sure = located(skin, skin.presses.reading)
     _, stale, seen = located(skin, early - skin.first)
-    assert sure.sum() == 24
+    assert sure.sum() == 23  # the others are near the end of the search, or beyond
     assert seen.sum() <= 21
     assert np.median(tared[sure]) < 0.035e-3
     assert np.median(stale[seen]) > 2.5 * np.median(tared[sure])
