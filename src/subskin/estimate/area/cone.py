@@ -80,7 +80,7 @@ def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
         quarter = 0.25 * step * step  # a turn by twice atan(step / 2), which ends where one by step does
         one, along_it = 1.0 / (1.0 + quarter), 1.0 - quarter
         c, s = one * (c * along_it - s * step), one * (s * along_it + c * step)
-        if abs(step) < 1e-5:  # the next would be of its square
+        if abs(step) < 1e-3:  # the next would be a tenth of its square
             break
     return c, s
 
