@@ -13,7 +13,8 @@ import numpy as np
 
 from ..._compiled import compiled
 
-_STEPS = 12
+_STEPS, _SHORT = 12, 1e-3
+"""Turns on the cone at most; and the last one [rad], after which about a tenth of its square is left."""
 _TURNS = 2 * np.pi * np.arange(12) / 12
 _DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 
@@ -65,7 +66,8 @@ def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
 
 @compiled(inline=True)
 def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
-    """Newton's steps in phi from the direction (c, s) of the drag: the direction they end at."""
+    """Newton's steps in phi from the direction (c, s) of the drag: the direction they end at, and the last of them."""
+    step = 0.0
     h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
     half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
     for _ in range(_STEPS):
@@ -80,9 +82,9 @@ def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
         quarter = 0.25 * step * step  # a turn by twice atan(step / 2), which ends where one by step does
         one, along_it = 1.0 / (1.0 + quarter), 1.0 - quarter
         c, s = one * (c * along_it - s * step), one * (s * along_it + c * step)
-        if abs(step) < 1e-3:  # the next would be a tenth of its square
+        if abs(step) < _SHORT:
             break
-    return c, s
+    return c, s, step
 
 
 @compiled(inline=True)
@@ -130,12 +132,12 @@ def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, fit):
             best, c, s = _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu)
             if best <= 0.0:
                 return
-        c, s = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
+        c, s, step = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
         along = b0 + mu * (b1 * c + b2 * s)
         g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
         size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)
         out = (b1 * c + b2 * s) * size - along * (g_e1 * c + g_e2 * s)
-        if along > 0.0 and out >= 0.0:
+        if abs(step) < _SHORT and along > 0.0 and out >= 0.0:
             break
     n = along / size
     fit[0], fit[1], fit[2], fit[3] = n, mu * n * c, mu * n * s, along * n
