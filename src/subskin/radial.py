@@ -118,8 +118,8 @@ class RadialResponse(Frozen):
     def series(self) -> tuple[FloatArray, float] | None:
         """Functions that are sums of v^(-3/2), v^(-5/2), v^(-7/2) and v^(-9/2), (functions, 4), and their error.
 
-        So are normal strain, pressure and normal stress in a half space. None where some function is not, to as many digits as of
-        `cubics`, or where sensors are not of one kind.
+        So are normal strain, pressure and normal stress in a half space. None where some function is not, to as many
+        digits as of `cubics`, or where sensors are not of one kind.
         """
         kinds, cells, functions, _ = self.coefficients.shape
         if kinds > 1:
