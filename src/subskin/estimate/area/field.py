@@ -49,6 +49,7 @@ def field_at(sensors, first, table, terms, y, z, a, whole):
 
 @compiled(inline=True)
 def _series(sensors, table, y, z, a):
+    """Rows 0, 1 and 5 to 8 by the series."""
     f0, f1, f2, f3, g0, g1, g2, g3 = (
         table[0, 0], table[0, 1], table[0, 2], table[0, 3], table[0, 4], table[0, 5], table[0, 6], table[0, 7]
     )  # fmt: skip
@@ -66,6 +67,7 @@ def _series(sensors, table, y, z, a):
 
 @compiled(inline=True)
 def _cells(sensors, first, table, terms, y, z, a, whole):
+    """All rows by the tables' cells."""
     n = sensors.shape[1]
     last = first[n]
     for i in range(n):
