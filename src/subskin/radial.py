@@ -118,6 +118,30 @@ class RadialResponse(Frozen):
         size = (np.abs(self.coefficients[..., 0]) * weight).max()
         return finer.reshape(kinds, cells * share, functions, 4), self.error + float((wrong * weight).max() / size)
 
+    def series(self) -> tuple[FloatArray, float] | None:
+        """Functions that are sums of v^(-3/2), v^(-5/2), v^(-7/2) and v^(-9/2), (functions, 4), and their error.
+
+        So are normal strain, pressure and normal stress in a half space. None where some function is not, to as many
+        digits as of `cubics`, or where sensors are not of one kind.
+        """
+        kinds, cells, functions, _ = self.coefficients.shape
+        if kinds > 1:
+            return None
+        octave, inner = np.divmod(np.arange(cells), PER_OCTAVE)
+        t = np.linspace(-0.5, 0.5, DEGREE + 2)[:, None]
+        v = 2.0**octave * (1.0 + (inner + 0.5 + t) / PER_OCTAVE)
+        powers = v[..., None] ** -(1.5 + np.arange(4))
+        weight = self.weights
+        size = (np.abs(self.coefficients[0, ..., 0]) * weight).max()
+        out, wrong = np.empty((functions, 4)), 0.0
+        for f in range(functions):
+            values = (t ** np.arange(DEGREE + 1) @ self.coefficients[0, :, f].T) * weight[:, f]
+            matrix = powers * weight[:, f, None]
+            out[f] = np.linalg.lstsq(matrix.reshape(-1, 4), values.reshape(-1), rcond=None)[0]
+            wrong = max(wrong, float(np.abs(matrix @ out[f] - values).max() / size))
+        error = self.error + wrong
+        return (out, error) if error <= self.cubics()[1] else None
+
     @property
     def weights(self) -> FloatArray:
         """What makes readings of the functions: r^order in the middle of each cell, (cells, functions)."""

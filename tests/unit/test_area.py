@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 import subskin as ss
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.estimate.area import observable
-from subskin.estimate.area.cone import eliminate
+from subskin.estimate.area.cone import eliminate, on_cone
 from subskin.estimate.area.field import ROWS, field_at
 from subskin.radial import tabulate_radial
 from subskin.transducer import Displacement, LateralStrain, ShearStrain
@@ -60,11 +60,18 @@ def test_tables_are_the_forward_model(transducer, functions):
     assert np.isnan(table([(np.nan, 0.0), (0.0, np.inf)])).all()
 
 
-@pytest.mark.parametrize("transducer", [ss.NormalStrain(), LateralStrain(0.4)], ids=["pair", "harmonics"])
-def test_compiled_columns_and_slopes_are_those_of_the_table(transducer):
+@pytest.mark.parametrize(
+    ("transducer", "by_series"),
+    [(ss.NormalStrain(), False), (ss.NormalStrain(), True), (LateralStrain(0.4), False)],
+    ids=["pair", "series", "harmonics"],
+)
+def test_compiled_columns_and_slopes_are_those_of_the_table(transducer, by_series):
     table = tabulate_radial(finger_of((3, 3), transducer), 10 * D)
     cubics, error = table.cubics()
-    assert error < 1e-7
+    if by_series:
+        series, error = table.series()
+        cubics = series[None, None]
+    assert error < (1e-8 if by_series else 1e-7)
     sensors = np.stack([*table.points.T, table.depth**-2.0, table.gain])
     cells, terms = cubics.shape[1], table.terms if table.pair is None else table.terms[:0]
     if table.pair is not None:
@@ -80,10 +87,55 @@ def test_compiled_columns_and_slopes_are_those_of_the_table(transducer):
             by_y = np.stack([dy * df, dy * dy * dg - g, dz * dy * dg])
             by_z = np.stack([dz * df, dy * dz * dg, dz * dz * dg - g])
         size = np.abs(table(np.zeros(2))).max()
-        assert np.abs(columns.T - table((y, z))).max() < 1e-7 * size
+        assert np.abs(columns.T - table((y, z))).max() < 10 * error * size
         for slope, step in ((by_y, (h, 0.0)), (by_z, (0.0, h))):
             ahead, behind = table(np.add((y, z), step)), table(np.subtract((y, z), step))
             assert np.abs(slope.T - (ahead - behind) / (2 * h)).max() < 1e-4 * size / D
+
+
+@pytest.mark.parametrize("transducer", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
+def test_normal_readings_in_a_half_space_are_a_series(transducer):
+    """Powers of 1 / v from 3/2 on, as Boussinesq's and Cerruti's stresses have them: x^3 / R^5 is x^-2 v^(-5/2)."""
+    table = tabulate_radial(finger_of((2, 2), transducer), 10 * D)
+    series, _ = table.series()
+    n, _ = (series[function] * sign for function, sign in table.pair)
+    young = SKIN.material.young  # under N alone sigma_x = -3 N x^3 / (2 pi R^5), and the trace -3 N x / (2 pi R^3)
+    trace = -3 / (2 * np.pi * D**2)
+    both = [-0.5 * trace / young, 1.5 * trace / young, 0.0, 0.0]
+    truth = np.array(both if isinstance(transducer, ss.NormalStrain) else [-trace / 3, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(n, truth, rtol=0, atol=1e-7 * np.abs(truth).max(), equal_nan=False)
+
+
+def test_other_readings_are_not_taken_for_a_series():
+    """Strain along the surface where the skin gives in volume has 1 / (R (R + x)); sensors of two depths two tables."""
+    skin = ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.3))
+    array = ss.SensorArray.grid((2, 2), D, D, transducer=LateralStrain(0.4))
+    assert tabulate_radial(ss.Finger(skin, array), 10 * D).series() is None
+    two = ss.SensorArray.grid((2, 2), D, [D, D, D, 1.3 * D])
+    assert tabulate_radial(ss.Finger(SKIN, two), 10 * D).series() is None
+
+
+@pytest.mark.parametrize("friction", [0.4, 1.0])
+def test_the_cone_of_friction_is_kept_from_any_drag(friction):
+    """Also from one that points away from the best, from none, and from one that is no number."""
+    rng = np.random.default_rng(6)
+    turns = np.linspace(-np.pi, np.pi, 20001)
+    edge = np.stack([np.ones_like(turns), friction * np.cos(turns), friction * np.sin(turns)], -1)
+    met = 0
+    for _ in range(40):
+        a = rng.standard_normal((7, 3))
+        w = a @ [1.0, *(3 * friction * rng.standard_normal(2))] + rng.standard_normal(7)
+        g, b, fit = a.T @ a, a.T @ w, np.zeros(32)
+        theta = np.linalg.solve(g, b)
+        if theta[0] >= 0 and np.hypot(*theta[1:]) <= friction * theta[0]:
+            continue  # not on the cone
+        best = (np.maximum(edge @ b, 0) ** 2 / np.einsum("ki,ij,kj->k", edge, g, edge)).max()
+        for drag in (theta[1:], -theta[1:], rng.standard_normal(2), (0.0, 0.0), (np.nan, 1.0)):
+            on_cone(*g[np.triu_indices(3)], *b, friction, *drag, fit)
+            assert fit[3] == pytest.approx(best, rel=1e-6, abs=1e-12)
+            assert fit[3] >= best * (1 - 1e-12)
+        met += 1
+    assert met > 20
 
 
 @pytest.mark.parametrize("friction", [0.4, 1.0])

@@ -15,9 +15,12 @@ ROOT = np.array([0.05, 0.01, 0.04])
 NEAR = np.array([5, 6, 9, 10, 1, 2, 4, 7, 8, 11, 13, 14])  # all but the corners
 
 
-def case(kind, friction, angle=0.3, noise=0.0):
-    """A finger's response, whitened readings, the loop's sensors and tables, and the climbed top."""
-    array = ss.SensorArray.grid((4, 4), 1.0, 1.0, transducer=kind, noise=1e-3)
+def case(kind, friction, angle=0.3, noise=0.0, deepest=1.0):
+    """A finger's response, whitened readings, the loop's sensors and tables, and the climbed top.
+
+    Sensors of one depth read a series (`RadialResponse.series`), of two tables.
+    """
+    array = ss.SensorArray.grid((4, 4), 1.0, [*[1.0] * 15, deepest], transducer=kind, noise=1e-3)
     tip = ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
     load = ss.PointLoad(force=1.0, angle=angle, azimuth=0.7, position=(0.2, -0.3))
     locator = tip.locator()
@@ -66,9 +69,14 @@ def by_numpy(response, w, fit, friction, reach=2.5):
 
 
 @pytest.mark.parametrize(("friction", "angle"), [(1.0, 0.3), (0.5, 0.46)], ids=["free", "on the cone"])
-@pytest.mark.parametrize("kind", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
-def test_falls_are_those_of_least_squares(kind, friction, angle):
-    response, w, sensors, first, table, _, fit, scratch = case(kind, friction, angle, noise=1.0)
+@pytest.mark.parametrize(
+    ("kind", "deepest"),
+    [(ss.NormalStrain(), 1.0), (ss.NormalStrain(), 1.1), (ss.MeanPressure(), 1.0)],
+    ids=["strain", "strain by tables", "pressure"],
+)
+def test_falls_are_those_of_least_squares(kind, deepest, friction, angle):
+    response, w, sensors, first, table, _, fit, scratch = case(kind, friction, angle, noise=1.0, deepest=deepest)
+    assert (len(table) == 1) == (deepest == 1.0)
     found, best = quick(w, sensors, first, table, friction, fit, scratch, np.zeros(LANES))
     np.testing.assert_allclose(found, by_numpy(response, w, fit, friction), rtol=5e-4, equal_nan=False)
     highest = np.argmin(found)

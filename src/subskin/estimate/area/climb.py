@@ -18,6 +18,8 @@ FIT = 32
 """Numbers of a fit: 0-10 as of `cone.eliminate`; 11-16 A^T A; 17 chi-square left; 18, 19 gradient of S/2 in y, z;
 20-22 U^T U, U the readings' slopes; 23-28 A^T U, of y then of z; 29, 30 the position."""
 _STEPS = 40
+_ROUGH = 1.0
+"""Gain below which a rough climb does not end: where one of its steps fails, the next is half as long at once."""
 _TURNS = 2 * np.pi * np.arange(8) / 8
 ROUND = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 
@@ -144,6 +146,7 @@ def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, s
     """
     to_y, to_z = min(max(y, box[0]), box[1]), min(max(z, box[2]), box[3])
     damping, fit[3] = 1e-5, -1.0
+    again = 1.0 if tolerance > _ROUGH else 1e-3
     yy = yz = zz = i0 = i1 = i2 = j0 = j1 = j2 = 0.0
     for _ in range(_STEPS):
         project(w, sensors, first, table, terms, mu, to_y, to_z, a, whole, trial)
@@ -154,7 +157,7 @@ def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, s
             yy, yz, zz, i0, i1, i2, j0, j1, j2 = _curvature(fit)
             damping = 0.1 * damping
         else:
-            damping = max(10.0 * damping, 1e-3)
+            damping = max(10.0 * damping, again)
         floor = 1e-12 * (fit[20] + fit[22]) + 1e-300
         more = 1.0 + damping
         y, z, gy, gz = fit[29], fit[30], fit[18], fit[19]

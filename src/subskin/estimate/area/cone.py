@@ -13,7 +13,8 @@ import numpy as np
 
 from ..._compiled import compiled
 
-_STEPS = 12
+_STEPS, _SHORT = 12, 1e-3
+"""Turns on the cone at most; and the last one [rad], after which about a tenth of its square is left."""
 _TURNS = 2 * np.pi * np.arange(12) / 12
 _DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 
@@ -60,12 +61,54 @@ def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
         fit[4], fit[5], fit[6] = c00 * inverse, c01 * inverse, c02 * inverse
         fit[7], fit[8], fit[9], fit[10] = c11 * inverse, c12 * inverse, c22 * inverse, 1.0
     else:
-        on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit)
+        on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, fit)
+
+
+@compiled(inline=True)
+def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
+    """Newton's steps in phi from the direction (c, s) of the drag: the direction they end at, and the last of them."""
+    step = 0.0
+    h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
+    half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
+    for _ in range(_STEPS):
+        c2, s2 = c * c - s * s, 2.0 * c * s
+        along, size = b0 + mu * (b1 * c + b2 * s), g00 + half + h01 * c + h02 * s + across * c2 + twice * s2
+        d_along, d_size = mu * (b2 * c - b1 * s), h02 * c - h01 * s + 2.0 * (twice * c2 - across * s2)
+        dd_along, dd_size = b0 - along, -h01 * c - h02 * s - 4.0 * (across * c2 + twice * s2)
+        slope = 2.0 * d_along * size - along * d_size
+        curve = 2.0 * dd_along * size + d_along * d_size - along * dd_size
+        step = -slope / curve if curve < 0.0 else math.copysign(0.1, slope)
+        step = min(max(step, -0.3), 0.3)
+        quarter = 0.25 * step * step  # a turn by twice atan(step / 2), which ends where one by step does
+        one, along_it = 1.0 / (1.0 + quarter), 1.0 - quarter
+        c, s = one * (c * along_it - s * step), one * (s * along_it + c * step)
+        if abs(step) < _SHORT:
+            break
+    return c, s, step
+
+
+@compiled(inline=True)
+def _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu):
+    """The drag's direction of twelve whose load on the cone explains most, and how much; 0 where none presses."""
+    h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
+    half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
+    best, c, s = 0.0, 1.0, 0.0
+    for k in range(_DIRECTIONS.shape[0]):
+        x, y = _DIRECTIONS[k, 0], _DIRECTIONS[k, 1]
+        along = b0 + mu * (b1 * x + b2 * y)
+        size = g00 + half + h01 * x + h02 * y + across * (x * x - y * y) + 2.0 * twice * x * y
+        if along > 0.0 and along * along > best * size:
+            best, c, s = along * along / size, x, y
+    return best, c, s
 
 
 @compiled(borrows=True)
-def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
-    """The same on the cone: fit[10] is 0."""
+def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, fit):
+    """The same on the cone: fit[10] is 0. (ty, tz) may be any drag; best is one that points as the best one does.
+
+    Where S has no slope along the cone, and rises out of it, the load is the best there is: S has one top and the cone
+    is convex. Where the drag given does not lead there, twelve directions are tried.
+    """
     for k in range(11):
         fit[k] = 0.0
     if mu == 0.0:
@@ -79,39 +122,28 @@ def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
             fit[1], fit[2], fit[3] = ty, tz, b1 * ty + b2 * tz
             fit[7], fit[8], fit[9] = g22 / det, -g12 / det, g11 / det
         return
-    h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
-    half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
-    best, c, s = 0.0, 1.0, 0.0
-    for k in range(_DIRECTIONS.shape[0]):
-        x, y = _DIRECTIONS[k, 0], _DIRECTIONS[k, 1]
-        along = b0 + mu * (b1 * x + b2 * y)
-        size = g00 + half + h01 * x + h02 * y + across * (x * x - y * y) + 2.0 * twice * x * y
-        if along > 0.0 and along * along > best * size:
-            best, c, s = along * along / size, x, y
-    if best <= 0.0:
-        return
-    for _ in range(_STEPS):
-        c2, s2 = c * c - s * s, 2.0 * c * s
-        along, size = b0 + mu * (b1 * c + b2 * s), g00 + half + h01 * c + h02 * s + across * c2 + twice * s2
-        d_along, d_size = mu * (b2 * c - b1 * s), h02 * c - h01 * s + 2.0 * (twice * c2 - across * s2)
-        dd_along, dd_size = b0 - along, -h01 * c - h02 * s - 4.0 * (across * c2 + twice * s2)
-        slope = 2.0 * d_along * size - along * d_size
-        curve = 2.0 * dd_along * size + d_along * d_size - along * dd_size
-        step = -slope / curve if curve < 0.0 else math.copysign(0.1, slope)
-        step = min(max(step, -0.3), 0.3)
-        quarter = 0.25 * step * step  # a turn by twice atan(step / 2), which ends where one by step does
-        one, along_it = 1.0 / (1.0 + quarter), 1.0 - quarter
-        c, s = one * (c * along_it - s * step), one * (s * along_it + c * step)
-        if abs(step) < 1e-5:  # the next would be of its square
+    along = size = out = g_e1 = g_e2 = 0.0
+    square = ty * ty + tz * tz
+    known = 0.0 < square < math.inf
+    over = 1.0 / math.sqrt(square) if known else 0.0
+    c, s = over * ty, over * tz
+    for attempt in range(0 if known else 1, 2):
+        if attempt == 1:
+            best, c, s = _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu)
+            if best <= 0.0:
+                return
+        c, s, step = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
+        along = b0 + mu * (b1 * c + b2 * s)
+        g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
+        size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)
+        out = (b1 * c + b2 * s) * size - along * (g_e1 * c + g_e2 * s)
+        if abs(step) < _SHORT and along > 0.0 and out >= 0.0:
             break
-    along = b0 + mu * (b1 * c + b2 * s)
-    g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
-    size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)
     n = along / size
     fit[0], fit[1], fit[2], fit[3] = n, mu * n * c, mu * n * s, along * n
     # free are N along e = (1, mu c, mu s), and phi along f = (0, -mu s, mu c), in which the cone is curved
     cross = mu * (c * g_e2 - s * g_e1)
-    pull = ((b1 - n * g_e1) * c + (b2 - n * g_e2) * s) / (mu * n)
+    pull = out / (mu * along)
     other = mu * mu * (s * s * g11 - 2.0 * s * c * g12 + c * c * g22 + pull)
     det = size * other - cross * cross
     if not det > 0.0:

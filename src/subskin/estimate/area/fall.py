@@ -2,10 +2,13 @@
 
 Near the top a sensor's functions of the distance are cubics in 1 / v (`field.py`), about the middle of the cell in
 which v lies at the top: where readings fall off with a power of the distance, as they do, these hold far beyond the
-cell. Sums run over what the best load leaves of the readings, so that no digits are lost.
+cell; a series that holds at all distances is asked itself. Sums run over what the best load leaves of the readings, so
+that no digits are lost.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -63,26 +66,33 @@ def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, 
             lanes[40 + 8 * j + k] = lanes[113 + j] - lanes[127 + j] * dy - lanes[130 + j] * dz
         for j in range(6):
             lanes[64 + 8 * j + k] = lanes[116 + j]
+    one = first[v.size] == 0
+    if not one:
+        for i in range(v.size):
+            dy, dz = sensors[0, i] - fit[29], sensors[1, i] - fit[30]
+            a[0, i] = 1.0 + (dy * dy + dz * dz) * sensors[2, i]
+        for i in range(v.size):
+            bits = whole[0, i]
+            whole[1, i] = first[i] + cell_of(bits, first[v.size])
+            middle = (bits & ~REST) | _MIDDLE
+            whole[0, i], whole[2, i] = middle, (middle & _DIGITS) | ONE
     for i in range(v.size):
-        dy, dz = sensors[0, i] - fit[29], sensors[1, i] - fit[30]
-        a[0, i] = 1.0 + (dy * dy + dz * dz) * sensors[2, i]
-    for i in range(v.size):
-        bits = whole[0, i]
-        whole[1, i] = first[i] + cell_of(bits, first[v.size])
-        middle = (bits & ~REST) | _MIDDLE
-        whole[0, i], whole[2, i] = middle, (middle & _DIGITS) | ONE
-    for i in range(v.size):
-        row, middle, share, scale, r = whole[1, i], a[0, i], CELLS * a[2, i], sensors[3, i], v[i]
-        f0, f1, f2, f3 = table[row, 0], share * table[row, 1], share * share * table[row, 2], table[row, 3]
-        g0, g1, g2, g3 = table[row, 4], share * table[row, 5], share * share * table[row, 6], table[row, 7]
-        cube = share * share * share
-        f0, f1, f2, f3 = scale * f0, -scale * f1, scale * (f1 + f2), -scale * (f1 + 2.0 * f2 + cube * f3)
-        g0, g1, g2, g3 = scale * g0, -scale * g1, scale * (g1 + g2), -scale * (g1 + 2.0 * g2 + cube * g3)
+        row, scale, r = 0 if one else whole[1, i], sensors[3, i], v[i]
         y, z, q = sensors[0, i], sensors[1, i], sensors[2, i]
+        f0, f1, f2, f3 = scale * table[row, 0], scale * table[row, 1], scale * table[row, 2], scale * table[row, 3]
+        g0, g1, g2, g3 = scale * table[row, 4], scale * table[row, 5], scale * table[row, 6], scale * table[row, 7]
+        middle, less = 1.0, 0.0
+        if not one:
+            middle, less, share = a[0, i], 1.0, CELLS * a[2, i]
+            cube = share * share * share
+            f1, f2, g1, g2 = share * f1, share * share * f2, share * g1, share * share * g2
+            f1, f2, f3 = -f1, f1 + f2, -(f1 + 2.0 * f2 + cube * f3)
+            g1, g2, g3 = -g1, g1 + g2, -(g1 + 2.0 * g2 + cube * g3)
         for k in range(8):
             dy, dz = y - lanes[16 + k], z - lanes[24 + k]
-            x = middle / (1.0 + (dy * dy + dz * dz) * q) - 1.0
-            a0, g = f0 + x * (f1 + x * (f2 + x * f3)), g0 + x * (g1 + x * (g2 + x * g3))
+            x = middle / (1.0 + (dy * dy + dz * dz) * q) - less
+            size = x * math.sqrt(x) if one else 1.0
+            a0, g = size * (f0 + x * (f1 + x * (f2 + x * f3))), size * (g0 + x * (g1 + x * (g2 + x * g3)))
             a1, a2 = dy * g, dz * g
             rho = r - a0 * n - a1 * ty - a2 * tz
             lanes[32 + k] += rho * rho
@@ -120,7 +130,7 @@ def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, 
             w0 = b0 + g00 * n + g01 * ty + g02 * tz
             w1 = b1 + g01 * n + g11 * ty + g12 * tz
             w2 = b2 + g02 * n + g12 * ty + g22 * tz
-            on_cone(g00, g01, g02, g11, g12, g22, w0, w1, w2, mu, trial)
+            on_cone(g00, g01, g02, g11, g12, g22, w0, w1, w2, mu, ty, tz, trial)
             gain = trial[3] - n * (b0 + w0) - ty * (b1 + w1) - tz * (b2 + w2)
             lanes[k] = lanes[32 + k] - gain - fit[17]
         if fit[3] - lanes[k] > best[3]:

@@ -6,6 +6,8 @@ sensor, f, g and their slopes in u are all that is kept; else the nine columns a
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..._compiled import compiled
@@ -34,8 +36,38 @@ def field_at(sensors, first, table, terms, y, z, a, whole):
     0 and 1 alone. whole is the same memory as a, as integers.
 
     The first six digits of v = 1 + u / depth^2 behind its leading one count the cells of an octave, the rest says
-    where in the cell (`radial.CELLS`).
+    where in the cell (`radial.CELLS`). Where the last cell is the first one, its numbers are those of v^(-3/2) to
+    v^(-9/2) (`RadialResponse.series`).
     """
+    n = sensors.shape[1]
+    last = first[n]
+    if last == 0:
+        _series(sensors, table, y, z, a)
+    else:
+        _cells(sensors, first, table, terms, y, z, a, whole)
+
+
+@compiled(inline=True)
+def _series(sensors, table, y, z, a):
+    """Rows 0, 1 and 5 to 8 by the series."""
+    f0, f1, f2, f3, g0, g1, g2, g3 = (
+        table[0, 0], table[0, 1], table[0, 2], table[0, 3], table[0, 4], table[0, 5], table[0, 6], table[0, 7]
+    )  # fmt: skip
+    for i in range(sensors.shape[1]):
+        dy, dz, q = sensors[0, i] - y, sensors[1, i] - z, sensors[2, i]
+        x = 1.0 / (1.0 + (dy * dy + dz * dz) * q)
+        size = sensors[3, i] * x * math.sqrt(x)
+        slope = size * x * q
+        a[0, i], a[1, i] = dy, dz
+        a[5, i] = size * (f0 + x * (f1 + x * (f2 + x * f3)))
+        a[6, i] = slope * (3.0 * f0 + x * (5.0 * f1 + x * (7.0 * f2 + x * (9.0 * f3))))
+        a[7, i] = size * (g0 + x * (g1 + x * (g2 + x * g3)))
+        a[8, i] = slope * (3.0 * g0 + x * (5.0 * g1 + x * (7.0 * g2 + x * (9.0 * g3))))
+
+
+@compiled(inline=True)
+def _cells(sensors, first, table, terms, y, z, a, whole):
+    """All rows by the tables' cells."""
     n = sensors.shape[1]
     last = first[n]
     for i in range(n):

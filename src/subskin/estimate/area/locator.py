@@ -138,6 +138,9 @@ class AreaLocator(Framewise):
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
         array, response = self.array.select(pattern), self.response.select(pattern).separate()
         table, error = response.cubics()
+        series = response.series() if response.pair is not None else None
+        if series is not None:  # one cell holds all distances
+            table, error = series[0][None, None], series[1]
         cells = table.shape[1]
         if response.pair is not None:
             table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)

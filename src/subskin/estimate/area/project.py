@@ -85,15 +85,16 @@ def search(
         if last and best <= 0:
             break
         p = best if last else q  # at last the best, if it was climbed roughly
-        tolerance = FINE
+        tolerance, needed = FINE, -math.inf
         if not last and q > 0:
             tolerance = 1e-2 * max(fits[best, 3] - score[p], 0.1)
+            needed = fits[second, 3] if second >= 0 else needed
         y, z = origin[t, 0] + at[p, 0] * origin[t, 2], origin[t, 1] + at[p, 1] * origin[t, 3]
         for every in range(0 if few else 1, 2):
             v, layout, kinds = (w, sensors, first) if every else (near_w, its_sensors, its_first)
             climb(
-                v, layout, kinds, table, terms, mu, box, y, z, tolerance, smallest, straight, -math.inf, scratch,
-                whole, fits[p], fits[spare],
+                v, layout, kinds, table, terms, mu, box, y, z, tolerance, smallest, straight,
+                needed if every else -math.inf, scratch, whole, fits[p], fits[spare],
             )  # fmt: skip
             y, z = fits[p, 29], fits[p, 30]
         if last:
