@@ -116,6 +116,15 @@ def test_thickness_and_depth_of_a_layer_come_back():
     assert named["thickness"].std < 0.3e-3
 
 
+def test_what_rounding_leaves_of_exact_readings_is_no_misfit():
+    finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), ss.SensorArray.grid((5, 5), 2e-3, 2e-3))
+    at = np.random.default_rng(14).uniform(-3e-3, 3e-3, (14, 2))
+    found = ss.calibrate(finger, finger.read(ss.PointLoad(force=np.ones(14), position=at)), at)
+    gains = [p for p in found.parameters if p.name == "gain"]
+    assert len(gains) == 25
+    assert max(max(abs(p.value - 1.0), p.std) for p in gains) < 1e-9
+
+
 def test_each_sensor_has_a_position_of_its_own_where_asked():
     rng = np.random.default_rng(3)
     drawn = grid()

@@ -20,6 +20,8 @@ _MOST = 2000
 """Residuals from which errors of positions are worked out, at most."""
 _STEP = 1e-3
 """Of a depth, by which a load is moved to see the readings change."""
+_ROUNDING = 1e-9
+"""Of the largest reading, up to which what a fit leaves is rounding."""
 
 
 class Uncertainty(Frozen):
@@ -113,7 +115,10 @@ class Uncertainty(Frozen):
 
     @cached_property
     def process(self) -> Correlated | None:
-        """How residuals go together over neighbouring touches; None where they are noise."""
+        """How residuals go together over neighbouring touches; None where they are noise, or but rounding."""
+        fit = self._fit
+        if (fit.noise <= _ROUNDING * np.abs(np.where(fit.seen, fit.data, 0.0)).max(axis=0)).all():
+            return None
         return correlated(self.residuals, self.jacobian, noise_like=self.noise_like)
 
     @cached_property
