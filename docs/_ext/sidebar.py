@@ -24,7 +24,7 @@ def drop_names(app: Sphinx, tree: nodes.document) -> None:
 
 
 def share(app: Sphinx, page: str, template: str, context: dict[str, Any], tree: nodes.document | None) -> None:
-    """Give a page outside of the tree what another in its folder was given: no entry is its own, and links are alike."""
+    """Give a page that is not listed what another in its folder was given: no entry is its own, and links are alike."""
     if page not in _listed(app):
         context["toctree"] = _first_of(dirname(page), context["toctree"])
 
