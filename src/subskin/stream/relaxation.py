@@ -137,8 +137,10 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
                 "a state of this stage, or None to start",
             )
         out = np.empty(data.shape)
-        wide = np.ascontiguousarray(np.broadcast_to(wide, (constants.size, n)))
-        relax(data.reshape(-1, n), clock, wide, constants, self.backwards, rows, out.reshape(-1, n))
+        # views that are alike in memory, however the arrays came: the loop is compiled once
+        given = (data.reshape(-1, n), clock.reshape(-1), np.broadcast_to(wide, (constants.size, n)), constants[:])
+        alike = _check.each_read_only(*map(np.ascontiguousarray, given))
+        relax(*alike, self.backwards, rows, out.reshape(-1, n))
         rows.flags.writeable = out.flags.writeable = False
         last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
         return RelaxationState(rows, last), out
