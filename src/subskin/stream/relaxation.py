@@ -11,7 +11,6 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError
-from ._relaxation_kernel import REST, relax
 from .stage import Stage, in_order
 
 __all__ = ["Relaxation", "RelaxationState", "Relaxing"]
@@ -116,6 +115,8 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[RelaxationState, FloatArray]:
         """Take the next frames of a stream; as `Stage.step`."""
+        from ._relaxation_kernel import relax  # here, so that whoever relaxes nothing need not load a compiler
+
         data, clock = in_order(readings, time, np.nan if state is None else state.time)
         n = data.shape[-1]
         share, constants = np.asarray(self.relaxation.share), np.asarray(self.relaxation.time)
@@ -147,6 +148,8 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
 
     def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
         """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
+        from ._relaxation_kernel import REST
+
         if state is None:
             return None
         rows = np.full_like(state.rows, np.nan)
