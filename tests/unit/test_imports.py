@@ -177,6 +177,10 @@ def test_a_finger_is_light():
     assert modules.isdisjoint({*HEAVY, "subskin.estimate", "subskin.plot", "subskin.memo", "subskin.design.search"})
 
 
+def test_recordings_are_simulated_without_a_compiler():
+    assert "numba" not in loaded("import subskin.synthetic.recording")
+
+
 @pytest.mark.parametrize("command", ["locate", "figures"])
 def test_a_command_loads_no_other(command):
     code = f"from subskin.cli import main\ntry: main(['{command}', '--help'])\nexcept SystemExit: pass"
