@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
+from collections.abc import Iterable
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -19,9 +20,9 @@ SKINS = {name for name in media.__all__ if isinstance(of := getattr(media, name)
 
 
 @pytest.fixture(scope="module")
-def trees() -> dict[Path, ast.Module]:
-    """Every file of subskin, parsed once."""
-    return {path: ast.parse((ROOT / path).read_text()) for path in MODULES}
+def trees() -> dict[Path, list[ast.AST]]:
+    """The nodes of every file of subskin, parsed and walked through once."""
+    return {path: list(ast.walk(ast.parse((ROOT / path).read_text()))) for path in MODULES}
 
 
 def names_in(node: ast.AST) -> set[str]:
@@ -30,10 +31,10 @@ def names_in(node: ast.AST) -> set[str]:
     }
 
 
-def type_switches(tree: ast.AST, classes: set[str]) -> list[int]:
+def type_switches(nodes: Iterable[ast.AST], classes: set[str]) -> list[int]:
     """Lines that ask which of the `classes` something is: isinstance, issubclass, match, type(...) is or ==."""
     lines = []
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Call) and names_in(node.func) & {"isinstance", "issubclass"}:
             asked = names_in(node.args[1])
         elif isinstance(node, ast.MatchClass):
@@ -68,22 +69,22 @@ def test_nothing_outside_asks_which_skin_it_is(trees):
     ],
 )
 def test_the_walk_sees_a_question_for_the_class(source):
-    assert len(type_switches(ast.parse(source), SKINS)) == 1
+    assert len(type_switches(ast.walk(ast.parse(source)), SKINS)) == 1
 
 
 @pytest.mark.parametrize("source", ["isinstance(skin, Skin)", "HalfPlane(material)", "skin == HalfPlane(material)"])
 def test_the_walk_passes_what_is_allowed(source):
-    assert type_switches(ast.parse(source), SKINS) == []
+    assert type_switches(ast.walk(ast.parse(source)), SKINS) == []
 
 
 VERBS = Path("finger.py")
 """`finger.locate(...)` has the types of `subskin.locate`, which takes a finger: for the type checker alone a circle."""
 
 
-def imported(path: Path, tree: ast.AST) -> set[Path]:
+def imported(path: Path, nodes: Iterable[ast.AST]) -> set[Path]:
     """Files of subskin that the one at `path` imports by relative imports, under any condition."""
     found, unread = set(), set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if path == VERBS and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             unread |= set(node.body)
         if isinstance(node, ast.ImportFrom) and node.level and node not in unread:
@@ -104,7 +105,7 @@ def circle(graph: dict[Path, set[Path]]) -> list[str]:
 
 
 def test_no_circle_between_files(trees):
-    graph = {path: imported(path, tree) for path, tree in trees.items()}
+    graph = {path: imported(path, nodes) for path, nodes in trees.items()}
     assert sum(len(files) for files in graph.values()) > 2 * len(graph)  # the walk sees imports
     assert circle(graph) == []
 
@@ -123,10 +124,10 @@ def is_private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__")
 
 
-def taken(path: Path, tree: ast.AST) -> list[str]:
+def taken(path: Path, nodes: Iterable[ast.AST]) -> list[str]:
     """What the file at `path` takes from another room that is private there: a file, or a name in one."""
     found = []
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.level:
             base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             for alias in node.names:
@@ -138,28 +139,28 @@ def taken(path: Path, tree: ast.AST) -> list[str]:
 
 
 def test_what_is_private_stays_in_its_room(trees):
-    assert [f"{path} takes {what}" for path, tree in trees.items() for what in taken(path, tree)] == []
+    assert [f"{path} takes {what}" for path, nodes in trees.items() for what in taken(path, nodes)] == []
 
 
 @pytest.mark.parametrize(
     "source", ["from ..skin._points import points", "from ..skin.base import _helper", "from ..skin import _points"]
 )
 def test_the_walk_sees_what_is_private(source):
-    assert len(taken(Path("contact/line.py"), ast.parse(source))) == 1
+    assert len(taken(Path("contact/line.py"), ast.walk(ast.parse(source)))) == 1
 
 
 @pytest.mark.parametrize(
     "source", ["from ._points import points", "from .._check import real", "from .. import _check"]
 )
 def test_the_walk_passes_what_is_the_rooms_own(source):
-    assert taken(Path("skin/round.py"), ast.parse(source)) == []
+    assert taken(Path("skin/round.py"), ast.walk(ast.parse(source))) == []
 
 
 def test_a_class_has_a_name_of_its_own(trees):
     names = Counter(
         node.name
-        for tree in trees.values()
-        for node in ast.walk(tree)
+        for nodes in trees.values()
+        for node in nodes
         if isinstance(node, ast.ClassDef) and not is_private(node.name)
     )
     assert [name for name, count in names.items() if count > 1] == []

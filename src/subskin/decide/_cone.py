@@ -89,7 +89,8 @@ def cells_beyond(load: Forces, edges: FloatArray, scale: FloatArray | None = Non
     """P(|T| > scale mu N), its mean over mu in each cell; edges (frames or 1, k + 1), result (frames, k)."""
     total = np.empty((load.normal.size, edges.shape[-1] - 1))
     factor = np.ones(load.normal.size) if scale is None else scale
-    fill_cells(*load, edges, factor, total)
+    # copies are alike in memory, whatever they are of: the loop is compiled once
+    fill_cells(*(np.array(v, order="C") for v in (*load, edges, factor)), total)
     unsure = np.flatnonzero(load.normal < SURE * np.sqrt(np.maximum(load.nn, 0.0)))
     if unsure.size:
         both = _both(load.at(unsure), factor[unsure, None] * picked(edges, unsure))

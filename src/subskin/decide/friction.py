@@ -111,7 +111,9 @@ class Friction(Frozen):
                 f"low = {start.tolist()}, high = {end.tolist()}", "a range ascends", "known(0.5) for one value"
             )
         count = _check.whole("cells", cells, at_least=1, at_most=10**6)
-        return cls(np.linspace(start, end, count + 1, axis=-1), np.ones((*start.shape, count)))
+        # in the order in which the loops want it: each other order would be compiled anew
+        edges = np.ascontiguousarray(np.linspace(start, end, count + 1, axis=-1))
+        return cls(edges, np.ones((*start.shape, count)))
 
     @classmethod
     def normal(cls, mean: float, std: float, cells: int = 2 * _CELLS) -> Self:

@@ -11,7 +11,6 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError
-from ._relaxation_kernel import REST, relax
 from .stage import Stage, in_order
 
 __all__ = ["Relaxation", "RelaxationState", "Relaxing"]
@@ -116,6 +115,8 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[RelaxationState, FloatArray]:
         """Take the next frames of a stream; as `Stage.step`."""
+        from ._relaxation_kernel import relax  # here, so that whoever relaxes nothing need not load a compiler
+
         data, clock = in_order(readings, time, np.nan if state is None else state.time)
         n = data.shape[-1]
         share, constants = np.asarray(self.relaxation.share), np.asarray(self.relaxation.time)
@@ -137,14 +138,18 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
                 "a state of this stage, or None to start",
             )
         out = np.empty(data.shape)
-        wide = np.ascontiguousarray(np.broadcast_to(wide, (constants.size, n)))
-        relax(data.reshape(-1, n), clock, wide, constants, self.backwards, rows, out.reshape(-1, n))
+        # views that are alike in memory, however the arrays came: the loop is compiled once
+        given = (data.reshape(-1, n), clock.reshape(-1), np.broadcast_to(wide, (constants.size, n)), constants[:])
+        alike = _check.each_read_only(*map(np.ascontiguousarray, given))
+        relax(*alike, self.backwards, rows, out.reshape(-1, n))
         rows.flags.writeable = out.flags.writeable = False
         last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
         return RelaxationState(rows, last), out
 
     def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
         """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
+        from ._relaxation_kernel import REST
+
         if state is None:
             return None
         rows = np.full_like(state.rows, np.nan)
