@@ -176,7 +176,7 @@ def table(made):
 
 def test_a_table_without_a_model_locates(folder, subskin, table):
     assert "61 touches used" in table.out
-    assert "the same force, which is 1 N" in table.out
+    assert "every touch carries 1 N (normal_force under [locate])" in table.out
     rest = ("--every", 2, "--skip-used", "--truth", "position_y,position_z", "--json")
     out = subskin("locate", "table.toml", "lattice.csv", *rest)
     assert out.code == 0, out.err

@@ -129,6 +129,18 @@ def test_limits_in_newtons_are_refused(rig):
     assert "normal force 0.1 to 2 touch loads" in repr(file)
 
 
+def test_one_force_of_all_touches_may_be_stated(rig):
+    limits = "friction = 0\nnormal_force = ['0.2 N', '0.2 N']"  # 20 N/m over 10 mm
+    (rig / "stated.toml").write_text(FILE.replace("friction = 0", limits))
+    done = subskin("calibrate", rig / "stated.toml", rig / "touches.csv", "-o", rig / "known.toml")
+    assert "every touch carries 20 N/m" in done.out
+    known, newtons = ss.load(rig / "known.toml"), ss.load(rig / "newtons.toml")
+    assert not known.finger.relative
+    np.testing.assert_array_equal(known.finger.array.gain, newtons.finger.array.gain)
+    column = ("--force-column", "force")
+    assert "every touch" not in subskin("calibrate", rig / "stated.toml", rig / "touches.csv", *column).out
+
+
 def test_recordings_write_no_newtons(rig):
     from subskin.live.recording.about import About
 

@@ -102,9 +102,9 @@ def test_held_out_presses_are_located(folder, command):
     score = data["against_truth"]
     assert score["ok"]["median"] <= 0.06e-3
     assert abs(score["ok"]["mean"]) <= 0.1e-3
-    # every press well over the row is ok; every one beyond what is searched is flagged
+    # every press well over the row is ok, to where its interval reaches the end; every one beyond that is flagged
     y = columns["truth"].astype(float) - load(folder / "calibrated.toml").origin
-    assert set(columns["status"][np.abs(y) < 9e-3]) == {"ok"}
+    assert set(columns["status"][np.abs(y) < 8.5e-3]) == {"ok"}
     assert not set(columns["status"][np.abs(y) > 10.5e-3]) & {"ok"}
     ok = columns["status"] == "ok"
     force = columns["force"][ok].astype(float)

@@ -13,7 +13,7 @@ from ..errors import ConvergenceError, InvalidValueError
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .choose import add_choose, choice_as_json, chosen, show_choice
 from .common import add_json, add_rows, chosen_rows, describe, give, known_to, listed, number
-from .frames import AREA_COLUMNS, warn_of_depths
+from .frames import AREA_COLUMNS, forces_said, warn_of_depths
 from .response_table import add_response, run_table, save_apart
 from .text_table import show
 
@@ -111,13 +111,15 @@ def run(options: argparse.Namespace) -> int:
     file, readings = file.for_touches(table), table.readings(file.names)
     if options.force_column is None and file.recording is not None and file.recording.force is not None:
         options.force_column = "force"  # the recording has one, which `segment` keeps under this name
-    if options.force_column is None:
-        warn_of_depths(table, "[recording] force, or --force-column with the load of each press")
     loads = {
         name: table.numbers(column, finite=True, why=f"the touches' {name}")
         for name in ("force", "angle", "azimuth")
         if (column := getattr(options, f"{name}_column")) is not None
     }
+    if "force" not in loads and file.one_force is not None:
+        loads["force"] = file.one_force / np.cos(loads.get("angle", np.zeros(len(table))))
+    if "force" not in loads:
+        warn_of_depths(table, "[recording] force, or --force-column with the load of each press")
     positions = _positions(options.position_column, table, area)
     used = chosen_rows(options, len(table))
     if options.response == "table":
@@ -153,8 +155,8 @@ def run(options: argparse.Namespace) -> int:
         if choice is not None:
             show_choice(out, choice)
         _show(out, file, found, score, warned)
-        if options.force_column is None and "gain" in fit:
-            print("forces found with this finger are multiples of the touches' load (no --force-column)", file=out)
+        if "gain" in fit and (said := forces_said(file, loads, options.force_column)):
+            print(said, file=out)
 
     def write(to: str) -> None:
         save_apart(options, file.with_finger(found.finger, found.origin, facts, turn=found.turn), to)

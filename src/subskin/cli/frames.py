@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidValueError
-from .common import add_figure, add_rows, add_shared
+from ..loads import force_unit
+from .common import add_figure, add_rows, add_shared, number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,6 +21,7 @@ __all__ = [
     "AREA_COLUMNS",
     "MEANING",
     "add_frames",
+    "forces_said",
     "refuse_response",
     "warn_of_depths",
     "warn_of_raw",
@@ -69,6 +72,14 @@ def refuse_response(file: io.FingerFile, what: str) -> None:
         rule = f"a response in place knows the contact of its touches alone, and not {what}"
         fix = "remove the line response = ... of [calibration]: the skin's field then answers; or subskin locate"
         raise InvalidValueError("[calibration] response", rule, fix)
+
+
+def forces_said(file: io.FingerFile, loads: Mapping[str, Any], column: str | None) -> str:
+    """What forces found with a finger calibrated on touches with these `loads` are in; "" where a `column` said it."""
+    if "force" not in loads:
+        return "forces found with this finger are multiples of the touches' load (no --force-column)"
+    unit = force_unit(file.finger.array.on_area)
+    return "" if column else f"every touch carries {number(file.one_force)} {unit} (normal_force under [locate])"
 
 
 def warn_of_depths(table: io.Table, fix: str) -> None:

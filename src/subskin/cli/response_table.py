@@ -12,6 +12,7 @@ from ..errors import FileError, InvalidValueError
 from ..io.files import apart
 from ..io.response_file import response_path
 from .common import give, inputs_of, number
+from .frames import forces_said
 from .text_table import show
 
 if TYPE_CHECKING:
@@ -85,11 +86,8 @@ def run_table(
             print(f"{left} touches left out: a sensor that works has no reading", file=out)
         if dead:
             print(f"dead: {', '.join(dead)} (left out from now on)", file=out)
-        if "force" not in loads:
-            print(
-                "all touches are taken to be alike; forces are multiples of theirs from now on (no --force-column)",
-                file=out,
-            )
+        if said := forces_said(file, loads, options.force_column):
+            print(said, file=out)
 
     def as_json() -> dict[str, Any]:
         each = {name: {"r2": known.r2_sensor[i], "noise": table.noise[i]} for i, name in enumerate(file.names)}

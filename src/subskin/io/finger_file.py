@@ -129,6 +129,12 @@ class FingerFile(Tabled, Recorded):
         known = self.finger.measured
         return [*first, *told, *([] if known is None else [("response", repr(known))])]
 
+    @property
+    def one_force(self) -> float | None:
+        """The normal force of every touch where the file leaves no other [N/m or N]; None if it does."""
+        ends = self.normal_force
+        return ends[0] if ends is not None and ends[0] == ends[1] and not self.finger.relative else None
+
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         return {"search": self.search, **self.options, **changes}
 
