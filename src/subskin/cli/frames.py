@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidValueError
-from ..loads import force_unit
 from .common import add_figure, add_rows, add_shared, number
 
 if TYPE_CHECKING:
@@ -76,6 +75,8 @@ def refuse_response(file: io.FingerFile, what: str) -> None:
 
 def forces_said(file: io.FingerFile, loads: Mapping[str, Any], column: str | None) -> str:
     """What forces found with a finger calibrated on touches with these `loads` are in; "" where a `column` said it."""
+    from ..loads import force_unit
+
     if "force" not in loads:
         return "forces found with this finger are multiples of the touches' load (no --force-column)"
     unit = force_unit(file.finger.array.on_area)

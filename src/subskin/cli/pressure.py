@@ -174,10 +174,8 @@ def _totals(answers: Answers) -> dict[str, Any]:
 def _unit(found: Any, rows: int) -> dict[str, Any]:
     """The column that says what forces are in, and pressures per area, where that is no newtons."""
     from ..estimate.estimate import unit_column
-    from ..loads import force_unit
 
-    relative = found.mapper.relative
-    return unit_column((rows,), force_unit(found.mapper.array.on_area, relative), relative)
+    return unit_column((rows,), found.mapper.relative)
 
 
 def _nodes(found: Any, file: io.FingerFile) -> dict[str, Any]:

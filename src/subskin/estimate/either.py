@@ -97,7 +97,7 @@ class Either(FrameTable):
             "point_probability": self.point_probability,
             **forces,
             **super()._columns(),
-            **unit_column(self.shape, self.line.force_unit, self.line.relative),
+            **unit_column(self.shape, self.line.relative),
         }
 
 

@@ -364,9 +364,9 @@ class Estimate(_Found, FrameTable):
             columns["second_position"] = second.position
         if self.layout.wide:
             columns["second_half_width"] = second.half_width
-        return {**columns, "second_chi2": second.chi2, **unit_column(self.shape, self.force_unit, self.relative)}
+        return {**columns, "second_chi2": second.chi2, **unit_column(self.shape, self.relative)}
 
 
-def unit_column(shape: tuple[int, ...], unit: str, relative: bool) -> dict[str, Any]:
+def unit_column(shape: tuple[int, ...], relative: bool) -> dict[str, Any]:
     """A column that says what forces are in where that is no newtons, which all other tables have."""
-    return {"force_unit": np.full(shape, unit, dtype=object)} if relative else {}
+    return {"force_unit": np.full(shape, force_unit(local=True, relative=True), dtype=object)} if relative else {}

@@ -96,7 +96,7 @@ class PressureImage(SurfaceMap):
                 out[f"{error}_{axis}"] = getattr(self, error)[..., i]
         names = ["normal_force", "normal_std", "angle", "angle_std", "azimuth", "azimuth_std"]
         names += ["moment", "moment_std", "residual"]
-        unit = unit_column(self.shape, force_unit(local=True, relative=True), self.mapper.relative)
+        unit = unit_column(self.shape, self.mapper.relative)
         return {name: getattr(self, name) for name in names} | out | super()._columns() | unit
 
     @property

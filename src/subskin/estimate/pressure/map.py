@@ -109,8 +109,7 @@ class PressureMap(SurfaceMap):
         names = ("normal_force", "tangential_force", "angle", "centre")
         errors = ("normal_std", "tangential_std", "angle_std", "centre_std", "residual")
         found = {name: getattr(self, name) for name in (*names, *errors)}
-        unit = unit_column(self.shape, force_unit(local=False, relative=True), self.mapper.relative)
-        return found | super()._columns() | unit
+        return found | super()._columns() | unit_column(self.shape, self.mapper.relative)
 
     @property
     def y(self) -> FloatArray:
