@@ -79,8 +79,10 @@ def forces_said(file: io.FingerFile, loads: Mapping[str, Any], column: str | Non
 
     if "force" not in loads:
         return "forces found with this finger are multiples of the touches' load (no --force-column)"
-    unit = force_unit(file.finger.array.on_area)
-    return "" if column else f"every touch carries {number(file.one_force)} {unit} (normal_force under [locate])"
+    force = file.one_force
+    if column or force is None:
+        return ""
+    return f"every touch carries {number(force)} {force_unit(file.finger.array.on_area)} (normal_force under [locate])"
 
 
 def warn_of_depths(table: io.Table, fix: str) -> None:
