@@ -43,7 +43,7 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
         table.add_column(Text(name), justify="left" if i < left else "right", width=width, overflow="fold")
     for first in range(wide, len(cells), wide):
         table.add_row(*map(Text, cells[first : first + wide]))
-    console.width = full + _EDGES
+    console.width = full + _EDGES + blanks  # which rich before 15 needs at the edge; a table takes what it needs
     console.print(table)
 
 
