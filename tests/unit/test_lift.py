@@ -23,15 +23,15 @@ def test_a_reading_is_that_of_the_field_and_of_the_normal_force():
     touch = ss.LineLoad(force=[10.0, 40.0], angle=[0.0, 0.5], position=0.8e-3)
     plain = ss.Finger(SKIN, replace(ROW, lift=0.0)).read(touch)
     np.testing.assert_allclose(
-        FINGER.read(touch) - plain, LIFT * (touch.force * np.cos(touch.angle))[:, None], atol=1e-16
+        FINGER.read(touch) - plain, LIFT * (touch.force * np.cos(touch.angle))[:, None], atol=1e-16, equal_nan=False
     )
     fields = FINGER.receptive_field([0.0, 0.8e-3])
     np.testing.assert_allclose(
-        fields @ [3.0, 4.0] + 0.3, FINGER.read(ss.LineLoad(5.0, np.arctan2(4, 3), [0.0, 0.8e-3]))
+        fields @ [3.0, 4.0] + 0.3, FINGER.read(ss.LineLoad(5.0, np.arctan2(4, 3), [0.0, 0.8e-3])), equal_nan=False
     )
     loads = {"force": np.array([7.0]), "position": np.array([0.8e-3])}
     from_loads = ss.synthetic.simulate_readings(FINGER, ss.LineLoad, loads)
-    np.testing.assert_allclose(from_loads[0], FINGER.read(ss.LineLoad(7.0, position=0.8e-3)))
+    np.testing.assert_allclose(from_loads[0], FINGER.read(ss.LineLoad(7.0, position=0.8e-3)), equal_nan=False)
 
 
 @pytest.mark.parametrize("load", ["line", "point"])
@@ -40,19 +40,19 @@ def test_a_touch_on_a_row_is_found_exactly(load):
     touch = ss.LineLoad(40.0, 0.3, 0.8e-3) if load == "line" else ss.PointLoad(0.5, position=(0.8e-3, 1e-3))
     found = finger.locate(finger.read(touch), load=load)
     assert found.status == ss.Status.OK
-    np.testing.assert_allclose(found.position, 0.8e-3, atol=1e-6)
-    np.testing.assert_allclose(found.force, touch.force, rtol=1e-3)
+    np.testing.assert_allclose(found.position, 0.8e-3, atol=1e-6, equal_nan=False)
+    np.testing.assert_allclose(found.force, touch.force, rtol=1e-3, equal_nan=False)
 
 
 def test_a_wide_touch_its_kind_and_its_pressure_are_found():
     roller = ss.Hertz(force=40.0, angle=0.0, position=0.4e-3, half_width=1.0e-3)
     readings = FINGER.read(roller)
     found = FINGER.fit(readings, "hertz")
-    np.testing.assert_allclose([found.half_width, found.position], [1.0e-3, 0.4e-3], rtol=1e-3)
+    np.testing.assert_allclose([found.half_width, found.position], [1.0e-3, 0.4e-3], rtol=1e-3, equal_nan=False)
     assert ss.pressure_map(FINGER, readings).normal_force == pytest.approx(40.0, rel=0.02)
     plain = ss.Finger(SKIN, replace(ROW, lift=0.0))
     one, other = (ss.decide.contact_type(f, f.read(roller)).probability for f in (FINGER, plain))
-    np.testing.assert_allclose(one, other, atol=0.05)
+    np.testing.assert_allclose(one, other, atol=0.05, equal_nan=False)
 
 
 @pytest.mark.parametrize("transducer", [ss.MeanPressure(), ss.transducer.ShearStrain("xy"), ss.NormalStrain()])
@@ -64,18 +64,20 @@ def test_a_touch_on_an_area_is_found_exactly(transducer):
     touch = ss.PointLoad(force=1.5, angle=0.3, azimuth=0.8, position=(1e-3, -2e-3))
     found = finger.locate(finger.read(touch))
     assert found.status == ss.Status.OK
-    np.testing.assert_allclose(found.position, (1e-3, -2e-3), atol=1e-7)
-    np.testing.assert_allclose(found.load.components, touch.components, rtol=1e-4)
+    np.testing.assert_allclose(found.position, (1e-3, -2e-3), atol=1e-7, equal_nan=False)
+    np.testing.assert_allclose(found.load.components, touch.components, rtol=1e-4, equal_nan=False)
     missing = np.where(np.arange(12) == 5, np.nan, finger.read(touch))
-    np.testing.assert_allclose(finger.locate(missing).position, (1e-3, -2e-3), atol=1e-7)
-    np.testing.assert_allclose(finger.receptive_field((1e-3, -2e-3)) @ touch.components, finger.read(touch))
+    np.testing.assert_allclose(finger.locate(missing).position, (1e-3, -2e-3), atol=1e-7, equal_nan=False)
+    np.testing.assert_allclose(
+        finger.receptive_field((1e-3, -2e-3)) @ touch.components, finger.read(touch), equal_nan=False
+    )
 
 
 def test_a_round_touch_on_an_area_and_its_pressure_are_found():
     finger = ss.Finger(SPACE, LIFTED)
     tip = ss.RoundHertz(force=1.5, angle=0.0, position=(1e-3, -2e-3), half_width=2e-3)
     found = finger.fit(finger.read(tip), "round_hertz")
-    np.testing.assert_allclose([found.half_width, *found.position], [2e-3, 1e-3, -2e-3], rtol=1e-4)
+    np.testing.assert_allclose([found.half_width, *found.position], [2e-3, 1e-3, -2e-3], rtol=1e-4, equal_nan=False)
     assert ss.pressure_map(finger, finger.read(tip)).normal_force == pytest.approx(1.5, rel=0.1)
 
 
@@ -86,10 +88,10 @@ def test_an_area_is_calibrated_with_it():
     data = true.read(ss.PointLoad(2.0, position=at), np.random.default_rng(0))
     drawn = ss.Finger(SPACE, AREA)
     found = ss.calibrate(drawn, data, at, fit=("gain", "lift", "depth", "origin"), force=2.0)
-    np.testing.assert_allclose(found.finger.array.lift, true.array.lift, atol=100.0)
+    np.testing.assert_allclose(found.finger.array.lift, true.array.lift, atol=100.0, equal_nan=False)
     for force in (0.2, 2.0):
         light = found.finger.locate(true.read(ss.PointLoad(force, position=(1e-3, 2e-3))))
-        np.testing.assert_allclose(found.on_finger((1e-3, 2e-3)), light.position, atol=0.2e-3)
+        np.testing.assert_allclose(found.on_finger((1e-3, 2e-3)), light.position, atol=0.2e-3, equal_nan=False)
         assert light.status == ss.Status.OK
 
 
@@ -106,7 +108,7 @@ def test_in_place_it_is_a_part_of_the_response():
     assert not known.offset.any()
     for force in (0.2, 2.0):
         light = found.finger.locate(true.read(ss.PointLoad(force, position=(1e-3, 0.5e-3))), friction=0)
-        np.testing.assert_allclose(light.position, found.on_finger((1e-3, 0.5e-3)), atol=0.3e-3)
+        np.testing.assert_allclose(light.position, found.on_finger((1e-3, 0.5e-3)), atol=0.3e-3, equal_nan=False)
         assert light.force == pytest.approx(force, rel=0.1)
 
 
