@@ -244,9 +244,7 @@ class SensorArray(LaidOut, Frozen):
         offset = np.asarray(self.offset)
         if offset.any():
             seen = f"offset = {offset[np.argmax(np.abs(offset))]:.6g} of a finger that reads differences"
-            rule = (
-                "less the free skin's reading there is none; what presses add to it goes with their force, and is lift"
-            )
+            rule = "differences have no offset: what presses add to them is the lift, and goes with their force"
             fix = 'calibrate again with lift: --fit gain,lift,depth,origin, or fit=("gain", "lift", "depth", "origin")'
             raise InvalidValueError(seen, rule, fix)
 
