@@ -226,16 +226,20 @@ class TestStreams:
         assert error.decode().strip() in ("subskin: stopped", "")
 
 
-def test_an_interrupt_that_an_import_turned_into_another_error(monkeypatch, subskin):
+@pytest.mark.parametrize(
+    ("interrupt", "code"),
+    [(KeyboardInterrupt(), 130), (sys.modules["subskin.cli.main"]._Ended(signal.SIGTERM), 143)],
+)
+def test_an_interrupt_that_an_import_turned_into_another_error(monkeypatch, subskin, interrupt, code):
     def stopped(*_):
         try:
-            raise KeyboardInterrupt
+            raise interrupt
         except KeyboardInterrupt:
             raise ImportError("cannot import name") from None
 
     monkeypatch.setattr(sys.modules["subskin.cli.main"], "_run", stopped)
     out = subskin("figures")
-    assert (out.code, out.err) == (130, "subskin: stopped\n")
+    assert (out.code, out.err) == (code, "subskin: stopped\n")
 
 
 def test_stopped_before_the_command_line_is_there(monkeypatch, capsys):

@@ -133,10 +133,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _fail(str(error), 1)
     except SubskinError as error:
         return _fail(str(error), 2)
-    except _Ended as ended:
-        return _said("stopped", 128 + ended.number)
-    except KeyboardInterrupt:
-        return _said("stopped", 130)
+    except KeyboardInterrupt as interrupt:
+        return _stopped(interrupt)
     except BrokenPipeError:
         return 141  # whoever read the output has what it wanted
     except OSError as error:
@@ -144,18 +142,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _fail("not enough memory for this table. Fix: cut it into several files.", 2)
     except Exception as error:
-        if not _of_interrupt(error):
+        behind = _interrupt_behind(error)
+        if behind is None:
             raise
-        return _said("stopped", 130)
+        return _stopped(behind)
     finally:
         _leave_output()
 
 
-def _of_interrupt(error: BaseException | None) -> bool:
-    """Whether an interrupt is behind an error: a module that is stopped while it is read may raise another."""
+def _interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
+    """The interrupt behind an error: a module that is stopped while it is read may raise another."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
-    return error is not None
+    return error
+
+
+def _stopped(interrupt: KeyboardInterrupt) -> int:
+    return _said("stopped", 128 + (interrupt.number if isinstance(interrupt, _Ended) else signal.SIGINT))
 
 
 def _run(argv: Sequence[str] | None) -> int:
