@@ -227,8 +227,7 @@ class TestStreams:
 
 
 @pytest.mark.parametrize(
-    ("interrupt", "code"),
-    [(KeyboardInterrupt(), 130), (sys.modules["subskin.cli.main"]._Ended(signal.SIGTERM), 143)],
+    ("interrupt", "code"), [(KeyboardInterrupt(), 130), (sys.modules["subskin.cli.main"]._Ended(signal.SIGTERM), 143)]
 )
 def test_an_interrupt_that_an_import_turned_into_another_error(monkeypatch, subskin, interrupt, code):
     def stopped(*_):

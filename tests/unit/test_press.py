@@ -309,7 +309,15 @@ class TestStrains:
             ss.press(HALF, BODY, force=100, max_strain=0.05)
         told = float(str(caught.value).split("strained by ")[1].split(" %")[0])
         with pytest.warns(ss.errors.ValidityWarning, match=f"up to {told:.0f} %"):
-            ss.press(HALF, sharp, force=1000, max_strain=np.inf)
+            asked = ss.press(HALF, sharp, force=1000, max_strain=np.inf)
+        unasked = ss.press(HALF, sharp, force=1000, max_strain=None)  # a warning is an error here
+        assert unasked.pressure.tobytes() == asked.pressure.tobytes()
+
+    def test_on_an_area(self):
+        skin, ball = ss.HalfSpace(ss.Material(young=0.4e6)), ss.pressing.Sphere(radius=1e-3)
+        with pytest.raises(ss.errors.InvalidValueError, match="strained by"):
+            ss.press(skin, ball, force=5.0, nodes=64)
+        assert ss.press(skin, ball, force=5.0, nodes=64, max_strain=None).status == ss.pressing.PressStatus.OK
 
     @pytest.mark.parametrize(
         ("body", "load"), [(PUNCH, 80.0), (BODY, 100.0), (ss.pressing.RoundedFlat(3e-4, 1e-3), 30.0)]

@@ -52,7 +52,7 @@ def stick_zone(
     period: float | None = None,
     datum: float | None = None,
     tolerance: float = 1e-9,
-    max_strain: float = 0.5,
+    max_strain: float | None = 0.5,
 ) -> FloatArray:
     """The part of a contact's width that sticks, by the contact solver: any indenter on any skin.
 

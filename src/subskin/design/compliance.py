@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -276,23 +277,23 @@ class _Study:
         """Presses by forces in a window that is wide enough for all."""
         particle, period = self.particle, self.finger.skin.period
         widest = 2 * particle.flat_half_width if np.isfinite(particle.flat_half_width) else 0.5 * period
-        free = [self._pressed(body, force, None, None) for body, force in (bodies[0], bodies[1])]
+        free = [self._pressed(body, force) for body, force in bodies[:2]]  # refused where the strain is too large
         reach = max(2 * float(np.abs(f.y[f.pressure > 0]).max()) for f in free)
         narrow = 2 * float(np.abs(free[0].y[(free[0].pressure > 0) & (np.abs(free[0].y) <= particle.half_width)]).max())
         while True:
             window = min(float(_RUNG ** np.ceil(np.log(_ROOM * reach) / np.log(_RUNG))), widest)
             nodes = int(np.clip(2 ** np.ceil(np.log2(_FINE * window / narrow)), _NODES, _MOST_NODES))
             try:
-                return [self._pressed(body, force, window, nodes) for body, force in bodies]
+                return [self._pressed(*pair, window=window, nodes=nodes, max_strain=None) for pair in bodies]
             except GeometryError:  # one of them touches beyond
                 if window >= widest:
                     raise
                 reach *= 1.3
 
-    def _pressed(self, body: Indenter, force: float, window: float | None, nodes: int | None) -> ContactSolution:
+    def _pressed(self, body: Indenter, force: float, **asked: Any) -> ContactSolution:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ValidityWarning)
-            found = press(self.finger.skin, body, force=force, window=window, nodes=nodes)
+            found = press(self.finger.skin, body, force=force, **asked)
         if found.status not in (PressStatus.OK, PressStatus.COARSE):
             raise InvalidValueError(
                 f"a press by {force:.6g} N/m",

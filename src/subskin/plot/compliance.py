@@ -107,9 +107,8 @@ def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f:
         skin = skin.with_(thickness=float(found.thickness[t]))
     scale = float(found.young[m] / found.own_young)
     reach = 1.15 * float(np.nanmax(found.half_width[t, :, f]))
-    pressed = press(
-        skin, particle, force=float(found.force[f]) / scale, window=2 * reach, nodes=_NODES, max_strain=np.inf
-    )
+    force = float(found.force[f]) / scale
+    pressed = press(skin, particle, force=force, window=2 * reach, nodes=_NODES, max_strain=None)
     y, um = pressed.y * MM, 1e6
     height = particle.height(pressed.y)
     ended = ~np.isfinite(height)  # beyond the flat there is nothing

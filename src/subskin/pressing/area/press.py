@@ -32,7 +32,7 @@ def press_area(
     position: Any,
     grid: dict[str, Any],
     after: object,
-    max_strain: float,
+    max_strain: float | None,
 ) -> LocalSolution:
     """As `press`, of a body on an area; `given` is what is prescribed, `grid` nodes, window and tolerance."""
     for name in ("period", "datum"):
@@ -56,7 +56,8 @@ def press_area(
     pressed = LocalSolution(
         skin, body, at, PressStatus.OK, "", certificate, case, state, *map(_check.read_only, (moved.gap, slip, lateral))
     )
-    _believable(pressed, float(_check.real("max_strain", max_strain, above=0.0, finite=False)))
+    if max_strain is not None:
+        _believable(pressed, float(_check.real("max_strain", max_strain, above=0.0, finite=False)))
     slips = held and not pressed.stick.any()
     status, reason = judged(certificate, case.tolerance, int((state.pressure > 0).sum()), slips, load.friction)
     return replace(pressed, status=status, reason=reason)

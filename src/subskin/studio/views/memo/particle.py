@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from ...._check import FloatArray
-from ....errors import ValidityWarning
 from ....material import Material
 from ....pressing import ContactSolution, ParticleOnFlat, press
 from ....skin import Round
@@ -33,9 +31,8 @@ def _pressed(wide: float, tall: float, softness: float) -> ContactSolution:
     """The skin pressed on the particle, `softness` its force over its modulus [m]: on these alone strains depend."""
     body = ParticleOnFlat(half_width=1e-3 * wide, protrusion=1e-6 * tall)
     young = _SKIN.materials[0].young
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ValidityWarning)  # the softest strain more than Hooke's law allows
-        return press(_SKIN, body, force=softness * young, window=_WINDOW, nodes=_NODES, max_strain=np.inf)
+    # no question of strains: the softest strain more than Hooke's law allows
+    return press(_SKIN, body, force=softness * young, window=_WINDOW, nodes=_NODES, max_strain=None)
 
 
 def _share(found: ContactSolution, wide: float) -> float:
