@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal, ParamSpec
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -56,6 +57,8 @@ LETTERS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 
 _MM = 1 / 25.4
 _DPI = 300
+_STILL = 0.1
+"""Dots by which a panel may move when all is laid out once more."""
 _STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same letters on every machine
@@ -128,9 +131,14 @@ def settled(figure: Figure) -> Figure:
     Else each further draw would move the panels by a hair, and other settings of the user's change the ticks.
     """
     engine = figure.get_layout_engine()
-    for _ in range(3):  # the ticks depend on the panels' sizes, and these on the ticks' labels
-        if engine is not None:
+    if engine is not None:
+        before = np.inf
+        for _ in range(3):  # the ticks depend on the panels' sizes, and these on the ticks' labels
             engine.execute(figure)
+            now = np.array([axes.get_window_extent().bounds for axes in figure.axes])
+            if np.abs(now - before).max(initial=0.0) < _STILL:
+                break
+            before = now
     figure.set_layout_engine("none")
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if isinstance(axis.get_major_locator(), AutoLocator):
