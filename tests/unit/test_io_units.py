@@ -1,11 +1,13 @@
 """Units are turned into SI at one door, and what is no unit is refused there."""
 
 import math
+import subprocess
+import sys
 
 import pytest
 
 from subskin.errors import InvalidValueError
-from subskin.io.units import format_quantity, quantity, si_unit, unit_scale
+from subskin.io.units import _PLAIN, format_quantity, quantity, si_unit, unit_scale
 
 
 @pytest.mark.parametrize(
@@ -65,6 +67,28 @@ def test_what_is_no_quantity_is_refused(value, to, said):
     with pytest.raises(InvalidValueError) as caught:
         quantity(value, to, "x")
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(("to", "unit"), [(to, unit) for to, units in _PLAIN.items() for unit in units])
+def test_a_plain_unit_is_what_pint_says(to, unit, monkeypatch):
+    plain = quantity(f"3 {unit}", to, "x"), unit_scale(unit, to, "x"), unit_scale(unit, None, "x"), si_unit(unit, "x")
+    monkeypatch.setattr("subskin.io.units._PLAIN", {})
+    assert plain == (
+        quantity(f"3 {unit}", to, "x"),
+        unit_scale(unit, to, "x"),
+        unit_scale(unit, None, "x"),
+        si_unit(unit, "x"),
+    )
+
+
+def test_files_in_plain_units_need_no_pint():
+    program = """
+import sys
+from subskin.io.units import quantity, si_unit, unit_scale
+assert (quantity("2 mm", "m", "x"), unit_scale("1e-3 mm", "m", "x"), si_unit("kPa", "x")) == (0.002, 1e-6, "Pa")
+assert "pint" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 def test_counts():
