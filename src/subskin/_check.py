@@ -46,29 +46,45 @@ def real(
 
     A quantity of pint is converted to `unit`; one of another dimension is refused.
     """
+    plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
+    array = np.array(value) if plain else _floats(name, value, unit, fix)
+    if finite and not _all(np.isfinite(array)):
+        raise _beyond(name, array, np.isfinite(array), "finite", unit, fix)
+    if above is not None and not _all(array > above):
+        raise _beyond(name, array, array > above, f"> {above:g}", unit, fix)
+    if at_least is not None and not _all(array >= at_least):
+        raise _beyond(name, array, array >= at_least, f">= {at_least:g}", unit, fix)
+    if at_most is not None and not _all(array <= at_most):
+        raise _beyond(name, array, array <= at_most, f"<= {at_most:g}", unit, fix)
+    array.flags.writeable = False
+    return array
+
+
+def _all(good: Any) -> bool:
+    """Whether every one is; `good.all()` takes twice the time."""
+    return bool(np.logical_and.reduce(good, axis=None))
+
+
+def _beyond(
+    name: str, array: FloatArray, good: npt.NDArray[np.bool_], bound: str, unit: str, fix: str
+) -> InvalidValueError:
+    return InvalidValueError(_seen(name, array, ~good), f"has to be {bound}" + (f" [{unit}]" if unit else ""), fix)
+
+
+def _floats(name: str, value: Any, unit: str, fix: str) -> FloatArray:
+    """A copy of what is given, in floats."""
     value = without_unit(name, value, unit, fix)
     unmasked(name, value)
     try:
         if np.asarray(value).dtype.kind in _NO_NUMBERS:
             raise TypeError
-        array = np.array(value, dtype=np.float64)
+        return np.array(value, dtype=np.float64)
     except OverflowError:
         raise InvalidValueError(f"{name} = {shown(value)}", "it is beyond the largest float", fix) from None
     except (TypeError, ValueError):
         raise InvalidValueError(
             f"{name} = {shown(value)}", "a real number or an array of them is needed", fix
         ) from None
-    unit_text = f" [{unit}]" if unit else ""
-    if finite and not np.isfinite(array).all():
-        raise InvalidValueError(_seen(name, array, ~np.isfinite(array)), f"has to be finite{unit_text}", fix)
-    if above is not None and not (array > above).all():
-        raise InvalidValueError(_seen(name, array, ~(array > above)), f"has to be > {above:g}{unit_text}", fix)
-    if at_least is not None and not (array >= at_least).all():
-        raise InvalidValueError(_seen(name, array, ~(array >= at_least)), f"has to be >= {at_least:g}{unit_text}", fix)
-    if at_most is not None and not (array <= at_most).all():
-        raise InvalidValueError(_seen(name, array, ~(array <= at_most)), f"has to be <= {at_most:g}{unit_text}", fix)
-    array.flags.writeable = False
-    return array
 
 
 def each(values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]) -> dict[str, FloatArray]:

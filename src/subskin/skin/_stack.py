@@ -119,7 +119,7 @@ class Joined(ABC):
             allowed = self._carried(layer, k, tops[j], tops[j + 1]) @ allowed
             lower = layer
         bottoms, backs = bottoms[::-1], backs[::-1]
-        share = -np.linalg.inv(allowed[:, 2:])  # tractions -p and -q
+        share = -_inverse(allowed[:, 2:])  # tractions -p and -q
         out = np.empty((x.size, k.size, 4, 2))
         for j, layer in enumerate(self.layers):
             for i in np.flatnonzero(positions == j):
@@ -143,7 +143,7 @@ class Joined(ABC):
             down, up = self._down(layer, k), self._up(layer, k)
             joined, back = self._joined(layer, lower, allowed, k)
             both = np.linalg.inv(np.concatenate([down, up], axis=-1)) @ joined
-            change = np.asarray(np.linalg.inv(both[:, :2]), dtype=np.float64)
+            change = _inverse(both[:, :2])
             echo = both[:, 2:] @ change  # what comes back from the bottom of what arrives there
             fall, rise = self._fall(k, tops[j], tops[j + 1]), self._rise(k, tops[j], tops[j + 1])
             allowed = down + up @ rise @ echo @ fall
@@ -152,7 +152,7 @@ class Joined(ABC):
             lower = layer
         out = np.empty((x.size, k.size, 4, 2))
         back_at_top = rise @ echoes[-1] @ falls[-1]
-        sent = -np.linalg.inv(np.eye(2) + back_at_top)
+        sent = -_inverse(np.eye(2) + back_at_top)
         extra = -back_at_top @ sent if remainder else sent  # less the surface's own: no difference is left to be small
         for j, layer in enumerate(self.layers):
             n = len(self.layers) - 1 - j
@@ -176,3 +176,12 @@ class Joined(ABC):
         """Tractions of a layer over 2Gk of the first, as they are at the surface."""
         y[..., 2:, :] *= layer.shear / self.layers[0].shear
         return y
+
+
+def _inverse(m: FloatArray) -> FloatArray:
+    """Inverses of matrices (k, 2, 2), in a tenth of the time of `np.linalg.inv`."""
+    out = np.empty(m.shape)
+    out[:, 0, 0], out[:, 1, 1] = m[:, 1, 1], m[:, 0, 0]
+    out[:, 0, 1], out[:, 1, 0] = -m[:, 0, 1], -m[:, 1, 0]
+    out /= (m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0])[:, None, None]
+    return out
