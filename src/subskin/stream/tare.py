@@ -84,6 +84,8 @@ class Tared(Frozen):
         The offsets that the readings are given back with, and the finger's noise [reading].
     differences : bool
         The readings are differences from the free skin: `own` is 0.
+    doubt : ndarray, shape (m, n), or None
+        What a stage before says of how far each reading is in doubt [reading]; None where none does.
     """
 
     readings: FloatArray
@@ -93,6 +95,7 @@ class Tared(Frozen):
     own: FloatArray
     noise: FloatArray
     differences: bool = False
+    doubt: FloatArray | None = None
 
     def __repr__(self) -> str:
         free, frozen = int(np.sum(self.free)), int(np.atleast_2d(self.frozen).any(axis=0).sum())
@@ -103,7 +106,7 @@ class Tared(Frozen):
     @classmethod
     def join(cls, parts: Sequence[Tared]) -> Tared:
         """Successive `parts` of one stream as one."""
-        frames = ("readings", "offset", "free", "frozen")
+        frames = ("readings", "offset", "free", "frozen") + ("doubt",) * (parts[0].doubt is not None)
         return replace(parts[0], **{name: join([getattr(part, name) for part in parts]) for name in frames})
 
     @property
@@ -225,10 +228,16 @@ class Tare(Stage[TareState, Tared]):
         """Chi-square that noise exceeds with the chance `false_alarm`, by the number of sensors from 0."""
         return np.array([np.inf, *chdtri(np.arange(1, len(self.finger.array) + 1), self.false_alarm)])
 
+    takes_doubt = True
+
     def step(
-        self, state: TareState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
+        self,
+        state: TareState | None,
+        readings: npt.ArrayLike,
+        time: npt.ArrayLike | None,
+        doubt: FloatArray | None = None,
     ) -> tuple[TareState, Tared]:
-        """Take the drift off the next frames of a stream; as `Stage.step`."""
+        """Take the drift off the next frames of a stream; as `Stage.step`. What is in `doubt` stays so."""
         n = self._sensors.shape[1]
         before = self._beginning() if state is None else state
         if before.rows.shape[1] != n:
@@ -260,7 +269,7 @@ class Tare(Stage[TareState, Tared]):
             given, offset, free, frozen = given[0], offset[0], free.reshape(()), frozen[0]
         for part in (given, offset, free, frozen, rows, numbers):
             part.setflags(write=False)
-        out = {"readings": given, "offset": offset, "free": free, "frozen": frozen, **self._told}
+        out = {"readings": given, "offset": offset, "free": free, "frozen": frozen, "doubt": doubt, **self._told}
         return TareState.filled(left), Tared.filled(out)
 
     def prepare(self) -> None:
