@@ -266,7 +266,7 @@ class Framewise(ABC):
         else:
             self._doubted(frames, doubt, arrays, pattern, out)
         if self._allowed is not None:
-            self._allow(out, *self._allowed)
+            self._allow(out, *self._allowed, 0.0 if doubt is None else self._in_doubt(doubt, pattern))
 
     def _doubted(
         self,
@@ -281,11 +281,23 @@ class Framewise(ABC):
             f"doubt of the readings of a {type(self).__name__}", "it weighs all frames by the same noise", "doubt=None"
         )
 
-    def _allow(self, out: FloatArray, spread: Spread | None, friction: float, trusted: bool) -> None:
-        """What the finger's misfit does to packed results (f, columns): covariances and intervals, and what is OK."""
+    def _in_doubt(self, doubt: FloatArray, pattern: npt.NDArray[np.bool_]) -> FloatArray:
+        """Of each frame the largest share that doubt has in a reading's variance, shape (f, 1)."""
+        ratio2 = (doubt / np.asarray(self.array.noise)[pattern]) ** 2
+        return np.asarray((ratio2 / (1 + ratio2)).max(axis=-1, keepdims=True, initial=0.0))
+
+    def _allow(
+        self, out: FloatArray, spread: Spread | None, friction: float, trusted: bool, doubted: FloatArray | float
+    ) -> None:
+        """What the finger's misfit does to packed results (f, columns): covariances and intervals, and what is OK.
+
+        A spread below 1 says that the noise is misfit, alike in neighbours. It takes nothing off the share of a
+        variance that is `doubted`, (f, 1).
+        """
         if spread is not None and self._layout is not None:
             at = self._layout
             ratio = spread.at(out[:, :1], friction)
+            ratio = np.sqrt(ratio**2 + doubted * np.maximum(1 - ratio**2, 0.0))
             out[:, at.covariance : at.interval] *= ratio**2
             # what explains a frame nearly as well by so much larger errors: a rival, or a load at an end of the search
             y, status = out[:, 0], out[:, at.status]

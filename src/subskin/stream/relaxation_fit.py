@@ -40,6 +40,9 @@ class RelaxationFit(Frozen):
     before, after : ndarray, shape (n,)
         By how much a held reading changes, rms about its mean, in units of each sensor's noise: as read, and with the
         common kernel undone. 1 is what noise leaves.
+    doubt : float
+        By how much what the kernel with each sensor's own shares takes of a held reading is wrong, over what it takes,
+        rms over the stretches and the sensors [-]: rubber that is not linear, shares that differ from touch to touch.
     """
 
     relaxation: Relaxation
@@ -49,6 +52,7 @@ class RelaxationFit(Frozen):
     scale_std: FloatArray
     before: FloatArray
     after: FloatArray
+    doubt: float
 
     @property
     def common(self) -> bool:
@@ -58,10 +62,9 @@ class RelaxationFit(Frozen):
 
     @property
     def own(self) -> Relaxation:
-        """The same time constants, with each sensor's own shares; the common ones where its own are not known."""
-        share = np.asarray(self.relaxation.share)[:, None]
-        scale = np.where(np.isfinite(self.scale), self.scale, 1.0)
-        return replace(self.relaxation, share=share * np.clip(scale, 0.0, 0.99 / share.sum()))
+        """The same time constants, with each sensor's own shares and the `doubt`; the common ones where not known."""
+        share = _of_each(np.asarray(self.relaxation.share), self.scale)
+        return replace(self.relaxation, share=share, doubt=self.doubt)
 
 
 def fit_relaxation(
@@ -208,7 +211,18 @@ class _Series:
         return RelaxationFit(
             Relaxation(share, constants, self.rest),
             *(_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)),
+            self._doubt(_of_each(share, scale), constants, np.isfinite(scale)),
         )
+
+    def _doubt(self, share: FloatArray, constants: FloatArray, told: npt.NDArray[np.bool_]) -> float:
+        """What is left of the change in held stretches, over what was taken off it, rms over the sensors `told`."""
+        left = self.left(share, constants)
+        taken = left - self.left(np.zeros_like(share), constants)
+        # of each stretch's frames one goes into their mean
+        noise = (np.isfinite(np.concatenate([self.frames[s] for s in self.spans])).sum(axis=0)) - len(self.spans)
+        wrong, size = np.maximum((left**2).sum(axis=0) - noise, 0.0), (taken**2).sum(axis=0)
+        told = told & (size > 0)
+        return float(np.sqrt((wrong[told] / size[told]).mean())) if told.any() else 0.0
 
     def _scale(self, share: FloatArray, constants: FloatArray, sensor: int) -> tuple[float, float]:
         """How much more one sensor relaxes, and its standard error."""
@@ -223,6 +237,12 @@ class _Series:
             return np.nan, np.nan
         std = float(np.sqrt(2 * found.cost / max(found.fun.size - 1, 1) / information))
         return (float(found.x[0]), std) if std < 1.0 else (np.nan, np.nan)
+
+
+def _of_each(share: FloatArray, scale: FloatArray) -> FloatArray:
+    """Shares (k, n) of sensors that relax `scale` times as much, as much as all do where that is not known."""
+    known = np.where(np.isfinite(scale), scale, 1.0)
+    return np.asarray(share[:, None] * np.clip(known, 0.0, 0.99 / max(float(share.sum()), 1e-300)))
 
 
 def _least(left: Callable[[FloatArray], FloatArray], start: FloatArray, ends: tuple[FloatArray, FloatArray]) -> Any:

@@ -1,0 +1,97 @@
+"""What the skin of a finger file forgets of a held touch: fitted to a recording of presses, and written to the file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidValueError
+from ..stream.relaxation import Relaxation
+from ._document import check_held
+from ._recorded import table_of
+from ._toml_edit import with_table
+from .units import format_quantity, rounded
+
+if TYPE_CHECKING:
+    from ..stream import RelaxationFit
+    from .finger_file import FingerFile
+    from .tables import Table
+
+__all__ = ["fit_held", "with_relaxation"]
+
+_ENDS = 0.05
+"""Share of a plateau at either end in which the indenter may still move."""
+
+
+def fit_held(file: FingerFile, recording: Table | Path, *, terms: int = 2, every: int = 1) -> RelaxationFit:
+    """What the skin forgets of presses that are held, from a raw recording; `subskin.stream.fit_relaxation` fits it.
+
+    Parameters
+    ----------
+    file : FingerFile
+        With [recording]. A [relaxation] that it has is not undone first.
+    recording : Table or pathlib.Path
+        One row a frame, from before the first press on.
+    terms : {1, 2, 3}, optional
+        Terms of the series.
+    every : int, optional
+        The presses 0, every, 2 every, ... are used.
+
+    Returns
+    -------
+    RelaxationFit
+        Its `own` has the shares of each sensor, and how far they are in doubt.
+
+    Raises
+    ------
+    FileError, InvalidValueError, ConvergenceError
+        As `FingerFile.segment` and `fit_relaxation`.
+    """
+    from ..stream import fit_relaxation
+
+    table = table_of(recording)
+    if table is None:
+        raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
+    presses = replace(file, relaxation=None).segment(table)
+    readings, time = file.in_range(table)
+    first, last = presses.start[::every], presses.stop[::every]
+    margin = _ENDS * (last - first)
+    return fit_relaxation(readings, time, np.stack([first + margin, last - margin], axis=-1), terms=terms)
+
+
+def with_relaxation(file: FingerFile, relaxation: Relaxation) -> FingerFile:
+    r"""The same file with `relaxation` as its [relaxation]; the rest of the text stays, comments too.
+
+    Readings at rest are not written: a stream begins with the skin free.
+
+    Raises
+    ------
+    GeometryError, InvalidValueError
+        Shares of another number of sensors; a doubt of sensors on an area.
+
+    Examples
+    --------
+    >>> from subskin.io import parse_finger
+    >>> file = parse_finger("skin = {young = 4e5}\nsensors = {y = [0.0, 2e-3], depth = 2e-3}")
+    >>> print(with_relaxation(file, Relaxation([[0.1, 0.05]], [1.5], doubt=0.3)).text.split("\n\n")[1])
+    [relaxation]
+    share = [[0.1, 0.05]]
+    time = ["1.5 s"]
+    doubt = 0.3
+    """
+    check_held(relaxation, file.finger.array)
+    # as a reader of the file finds them
+    share, doubt = _rounded(relaxation.share), _rounded(relaxation.doubt)
+    time = [rounded(float(v)) for v in np.atleast_1d(relaxation.time)]
+    told: dict[str, Any] = {"share": share, "time": [format_quantity(v, "s") for v in time]}
+    told |= {"doubt": doubt} if np.any(relaxation.doubt) else {}
+    return replace(
+        file, relaxation=Relaxation(share, time, doubt=doubt), text=with_table(file.text, "relaxation", told)
+    )
+
+
+def _rounded(values: Any) -> Any:
+    return [_rounded(v) for v in values] if np.ndim(values) else rounded(float(values))
