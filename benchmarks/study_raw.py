@@ -22,6 +22,7 @@ Wrong is an answer more than 2 mm off; sure and wrong is one that is also off by
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -58,8 +59,10 @@ FITS = {
     "none": ("gain", "depth", "origin", "position"),
 }
 LAYER = 'kind = "layers"\nlayers = [{ young = "0.2 MPa", poisson = 0.5, thickness = "15 mm" }]'
-SKINS = {"half plane": (FINGER, FITS["lift"]),
-         "layer": (FINGER.replace('young = "0.2 MPa"\npoisson = 0.5', LAYER), (*FITS["lift"], "thickness"))}  # fmt: skip
+SKINS = {
+    "half plane": (FINGER, FITS["lift"]),
+    "layer": (FINGER.replace('young = "0.2 MPa"\npoisson = 0.5', LAYER), (*FITS["lift"], "thickness")),
+}
 HELD = ("as read", "undone", "undone, in doubt")
 OFF, SURE, DOWN, LIGHT = 2e-3, 3.0, 0.99, 0.85
 

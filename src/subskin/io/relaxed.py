@@ -16,6 +16,7 @@ from ._toml_edit import with_table
 from .units import format_quantity, rounded
 
 if TYPE_CHECKING:
+    from .._check import FloatArray
     from ..stream import RelaxationFit
     from .finger_file import FingerFile
     from .tables import Table
@@ -24,6 +25,8 @@ __all__ = ["fit_held", "with_relaxation"]
 
 _ENDS = 0.05
 """Share of a plateau at either end in which the indenter may still move."""
+_LEVEL = 0.01
+"""Share of the stroke below which the indenter is up."""
 
 
 def fit_held(file: FingerFile, recording: Table | Path, *, terms: int = 2, every: int = 1) -> RelaxationFit:
@@ -55,11 +58,29 @@ def fit_held(file: FingerFile, recording: Table | Path, *, terms: int = 2, every
     table = table_of(recording)
     if table is None:
         raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
-    presses = replace(file, relaxation=None).segment(table)
+    plain = replace(file, relaxation=None)
+    presses = plain.segment(table)
     readings, time = file.in_range(table)
     first, last = presses.start[::every], presses.stop[::every]
     margin = _ENDS * (last - first)
-    return fit_relaxation(readings, time, np.stack([first + margin, last - margin], axis=-1), terms=terms)
+    held = np.stack([first + margin, last - margin], axis=-1)
+    return fit_relaxation(readings, time, held, terms=terms, free=_free(plain, table, time, first))
+
+
+def _free(file: FingerFile, table: Table, time: FloatArray, first: FloatArray) -> FloatArray | None:
+    """The free skin before and after presses held from `first` on; None where the depth is not known."""
+    how = file.recording
+    if how is None or how.press is None:
+        return None
+    depth = table.numbers(how.press.name) * how.press.scale
+    up = depth <= depth.min() + _LEVEL * np.ptp(depth)
+    edges = np.diff(np.concatenate([[0], up.astype(np.int8), [0]]))
+    begin, end = time[edges[:-1] == 1], time[edges[1:] == -1]  # of each stretch in which it is up
+    k = np.searchsorted(begin, first) - 1
+    told = (k >= 0) & (k + 1 < begin.size)
+    k = k[told]
+    before, after = np.maximum(begin[k], end[k] - how.before), np.minimum(end[k + 1], begin[k + 1] + how.before)
+    return np.stack([before, end[k], begin[k + 1], after], axis=-1)
 
 
 def with_relaxation(file: FingerFile, relaxation: Relaxation) -> FingerFile:

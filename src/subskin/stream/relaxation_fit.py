@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,9 +40,11 @@ class RelaxationFit(Frozen):
     before, after : ndarray, shape (n,)
         By how much a held reading changes, rms about its mean, in units of each sensor's noise: as read, and with the
         common kernel undone. 1 is what noise leaves.
-    doubt : float
-        By how much what the kernel with each sensor's own shares takes of a held reading is wrong, over what it takes,
-        rms over the stretches and the sensors [-]: rubber that is not linear, shares that differ from touch to touch.
+    own : Relaxation
+        A series with each sensor's own shares, in the same ratio for all its terms, and time constants fitted with
+        them; for a sensor that the touches do not move the common shares. Its `doubt` is by how much what it takes of a
+        reading is wrong, over what it takes, rms over the sensors, the held stretches and, as much again, the free skin
+        after them: of rubber that is not linear, and of shares that differ from touch to touch.
     """
 
     relaxation: Relaxation
@@ -52,19 +54,13 @@ class RelaxationFit(Frozen):
     scale_std: FloatArray
     before: FloatArray
     after: FloatArray
-    doubt: float
+    own: Relaxation
 
     @property
     def common(self) -> bool:
         """Whether one kernel serves all sensors: each one's `scale` is within 10 %, or 4 standard errors, of 1."""
         told = np.isfinite(self.scale)
         return bool((np.abs(self.scale - 1)[told] <= np.maximum(_SAME, _SIGMA * self.scale_std[told])).all())
-
-    @property
-    def own(self) -> Relaxation:
-        """The same time constants, with each sensor's own shares and the `doubt`; the common ones where not known."""
-        share = _of_each(np.asarray(self.relaxation.share), self.scale)
-        return replace(self.relaxation, share=share, doubt=self.doubt)
 
 
 def fit_relaxation(
@@ -74,6 +70,7 @@ def fit_relaxation(
     *,
     terms: int = 2,
     rest: npt.ArrayLike | None = None,
+    free: npt.ArrayLike | None = None,
 ) -> RelaxationFit:
     """Fit a Prony series to a recording in which touches are held.
 
@@ -94,6 +91,10 @@ def fit_relaxation(
         Terms of the series.
     rest : array_like, optional
         As in `Relaxation`.
+    free : array_like, shape (k, 4), optional
+        Of each touch the first and last time of a stretch of free skin before it, and of one soon after it [s]. Both
+        should read the same once the series is undone: how far they do not tells `own.doubt`. Without it the held
+        stretches alone do, which say little of what a skin has not given back.
 
     Returns
     -------
@@ -135,7 +136,7 @@ def fit_relaxation(
         raise InvalidValueError(
             f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s", f"at least {_FEWEST} frames have to lie in it", "leave it out"
         )
-    return _Series(data, clock, first, stop, terms, rest).result()
+    return _Series(data, clock, first, stop, terms, rest, _frames_of(clock, free)).result()
 
 
 class _Series:
@@ -149,7 +150,9 @@ class _Series:
         stop: npt.NDArray[np.intp],
         terms: int,
         rest: npt.ArrayLike | None,
+        free: npt.NDArray[np.intp],
     ) -> None:
+        self.free = free
         self.frames, self.clock, self.terms = frames, clock, terms
         at_rest = Relaxation(np.zeros(1), np.ones(1), rest).undo.step(None, frames, clock)[0].rows[0]
         self.rest = None if rest is None else at_rest
@@ -211,18 +214,45 @@ class _Series:
         return RelaxationFit(
             Relaxation(share, constants, self.rest),
             *(_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)),
-            self._doubt(_of_each(share, scale), constants, np.isfinite(scale)),
+            self._own(p, scale, scale_std, (low, high)),
         )
 
+    def _own(
+        self, p: FloatArray, scale: FloatArray, scale_std: FloatArray, ends: tuple[FloatArray, FloatArray]
+    ) -> Relaxation:
+        """The series of each sensor, from the common one `p` and how many times its shares each sensor loses."""
+        told = np.isfinite(scale)
+        known, free = np.where(told, scale, 1.0), told.copy()
+        if told.any():
+            free[np.nanargmin(scale_std)] = False  # only the product of the shares and of all scales is told
+
+        def series(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+            share, constants = self.kernel(x[: p.size])
+            known[free] = x[p.size :]
+            return share[:, None] * np.clip(known, 0.0, 0.99 / max(float(share.sum()), 1e-300)), constants
+
+        x, more = np.concatenate([p, known[free]]), int(free.sum())
+        if more:
+            low, high = np.append(ends[0], np.zeros(more)), np.append(ends[1], np.full(more, np.inf))
+            x = _least(lambda x: self.left(*series(x)), np.clip(x, low, high), (low, high)).x
+        share, constants = series(x)
+        return Relaxation(share, constants, self.rest, self._doubt(share, constants, told))
+
     def _doubt(self, share: FloatArray, constants: FloatArray, told: npt.NDArray[np.bool_]) -> float:
-        """What is left of the change in held stretches, over what was taken off it, rms over the sensors `told`."""
+        """What is wrong with the readings undone, over what was taken off them, rms over the sensors `told`."""
         left = self.left(share, constants)
         taken = left - self.left(np.zeros_like(share), constants)
         # of each stretch's frames one goes into their mean
         noise = (np.isfinite(np.concatenate([self.frames[s] for s in self.spans])).sum(axis=0)) - len(self.spans)
-        wrong, size = np.maximum((left**2).sum(axis=0) - noise, 0.0), (taken**2).sum(axis=0)
-        told = told & (size > 0)
-        return float(np.sqrt((wrong[told] / size[told]).mean())) if told.any() else 0.0
+        squares = [_ratio2(np.maximum((left**2).sum(axis=0) - noise, 0.0), (taken**2).sum(axis=0), told)]
+        if len(self.free):
+            out = Relaxation(share, constants, self.rest, 1.0).undoing(self.frames, self.clock)
+            before, after = (_means(out.readings, *self.free[:, k : k + 2].T) for k in (0, 2))
+            size = _means(out.doubt, *self.free[:, 2:].T)
+            seen = np.isfinite(before + after + size)
+            wrong, size = (np.where(seen, v, 0.0) ** 2 for v in (after - before, size))
+            squares.append(_ratio2(wrong.sum(axis=0), size.sum(axis=0), told))
+        return float(np.sqrt(np.mean(squares)))
 
     def _scale(self, share: FloatArray, constants: FloatArray, sensor: int) -> tuple[float, float]:
         """How much more one sensor relaxes, and its standard error."""
@@ -239,10 +269,31 @@ class _Series:
         return (float(found.x[0]), std) if std < 1.0 else (np.nan, np.nan)
 
 
-def _of_each(share: FloatArray, scale: FloatArray) -> FloatArray:
-    """Shares (k, n) of sensors that relax `scale` times as much, as much as all do where that is not known."""
-    known = np.where(np.isfinite(scale), scale, 1.0)
-    return np.asarray(share[:, None] * np.clip(known, 0.0, 0.99 / max(float(share.sum()), 1e-300)))
+def _frames_of(clock: FloatArray, free: npt.ArrayLike | None) -> npt.NDArray[np.intp]:
+    """First and past-the-last frame of the stretches of free skin before and after each touch, (k, 4)."""
+    if free is None:
+        return np.zeros((0, 4), dtype=np.intp)
+    ends = _check.real("free", free, unit="s")
+    if ends.ndim != 2 or ends.shape[1] != 4:
+        rule, fix = "two stretches of each touch, (k, 4), are needed", "free=[(0.0, 0.9, 4.1, 4.5)]"
+        raise GeometryError(f"free of shape {ends.shape}", rule, fix)
+    each = [np.searchsorted(clock, ends[:, k], side="right" if k % 2 else "left") for k in range(4)]
+    empty = np.flatnonzero((each[1] <= each[0]) | (each[3] <= each[2]))
+    if empty.size:
+        seen = f"free[{empty[0]}] = {ends[empty[0]].tolist()} s"
+        raise InvalidValueError(seen, "a frame has to lie in each stretch", "leave it out")
+    return np.stack(each, axis=-1)
+
+
+def _means(values: FloatArray, first: npt.NDArray[np.intp], stop: npt.NDArray[np.intp]) -> FloatArray:
+    """Mean of each sensor over some stretches of frames, (k, n); NaN where one is missing."""
+    return np.array([values[a:b].mean(axis=0) for a, b in zip(first, stop, strict=True)])
+
+
+def _ratio2(wrong: FloatArray, size: FloatArray, told: npt.NDArray[np.bool_]) -> float:
+    """Mean over the sensors `told` of wrong / size, both squares (n,)."""
+    told = told & (size > 0)
+    return float((wrong[told] / size[told]).mean()) if told.any() else 0.0
 
 
 def _least(left: Callable[[FloatArray], FloatArray], start: FloatArray, ends: tuple[FloatArray, FloatArray]) -> Any:
