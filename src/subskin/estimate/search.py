@@ -188,14 +188,16 @@ class Locator(Framewise):
         out: FloatArray,
     ) -> None:
         rows = (doubt > _NOTHING * np.asarray(self.array.noise)[pattern]).any(axis=-1)
-        part = np.empty((len(frames) - int(rows.sum()), self._columns))
-        self._compiled(frames[~rows], *arrays, part)
-        out[~rows] = part
-        if rows.any():
+        many = int(np.count_nonzero(rows))
+        if many < len(frames):
+            part = np.empty((len(frames) - many, self._columns))
+            self._compiled(frames[~rows], *arrays, part)
+            out[~rows] = part
+        if many:
             from .doubted import doubted_frames
 
             fields = self._prepared.get(b"fields" + pattern.tobytes(), lambda: self._fields(pattern)[0])
-            part = np.empty((int(rows.sum()), self._columns))
+            part = np.empty((many, self._columns))
             doubted_frames(frames[rows], np.ascontiguousarray(doubt[rows]), *arrays, fields, part)
             out[rows] = part
 

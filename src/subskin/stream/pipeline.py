@@ -86,8 +86,10 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
                 left[name], out[name] = stage.step(None if state is None else state[name], given, time, **more)
             else:
                 left[name], out[name] = None, stage(given, **more)
-            doubt = getattr(out[name], "doubt", doubt)
-            given = getattr(out[name], "readings", out[name])
+            made = given = out[name]
+            left_over = getattr(made, "readings", None)
+            if left_over is not None:
+                given, doubt = left_over, getattr(made, "doubt", doubt)
         return left, out
 
     def prepare(self) -> None:

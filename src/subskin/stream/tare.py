@@ -85,7 +85,8 @@ class Tared(Frozen):
     differences : bool
         The readings are differences from the free skin: `own` is 0.
     doubt : ndarray, shape (m, n), or None
-        What a stage before says of how far each reading is in doubt [reading]; None where none does.
+        How far each reading is in doubt, by what a stage before says and by its offset [reading]; None where no stage
+        before says it.
     """
 
     readings: FloatArray
@@ -221,7 +222,13 @@ class Tare(Stage[TareState, Tared]):
     @cached_property
     def _told(self) -> dict[str, Any]:
         """What `Tared` says of the sensors."""
-        return {"own": self._sensors[kernel.OWN], "noise": self.noise, "differences": self.differences}
+        told = {"own": self._sensors[kernel.OWN], "noise": self.noise, "differences": self.differences}
+        return {**told, "doubt": None}
+
+    @cached_property
+    def _none(self) -> FloatArray:
+        """What the compiled loop is given where no reading is in doubt."""
+        return np.empty((0, len(self.finger.array)))
 
     @cached_property
     def _limits(self) -> FloatArray:
@@ -237,7 +244,10 @@ class Tare(Stage[TareState, Tared]):
         time: npt.ArrayLike | None,
         doubt: FloatArray | None = None,
     ) -> tuple[TareState, Tared]:
-        """Take the drift off the next frames of a stream; as `Stage.step`. What is in `doubt` stays so."""
+        """Take the drift off the next frames of a stream; as `Stage.step`.
+
+        To a `doubt` is added how surely each offset is known, as variances are.
+        """
         n = self._sensors.shape[1]
         before = self._beginning() if state is None else state
         if before.rows.shape[1] != n:
@@ -255,11 +265,12 @@ class Tare(Stage[TareState, Tared]):
         given, offset = np.empty((2, many, n))
         free: npt.NDArray[np.bool_] = np.empty(many, dtype=bool)
         frozen: npt.NDArray[np.bool_] = np.empty((many, n), dtype=bool)
+        more = self._none if doubt is None else np.array(doubt, dtype=np.float64).reshape(-1, n)
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(
                 frames, clocks, at, head, self._sensors, self._options, self._limits, rows, numbers,
-                smooth, given, offset, free, frozen,
+                smooth, given, offset, free, frozen, more,
             )  # fmt: skip
             if question:
                 self._held.ask(rows, frozen[at - 1])
@@ -269,7 +280,10 @@ class Tare(Stage[TareState, Tared]):
             given, offset, free, frozen = given[0], offset[0], free.reshape(()), frozen[0]
         for part in (given, offset, free, frozen, rows, numbers):
             part.setflags(write=False)
-        out = {"readings": given, "offset": offset, "free": free, "frozen": frozen, "doubt": doubt, **self._told}
+        out = {"readings": given, "offset": offset, "free": free, "frozen": frozen, **self._told}
+        if doubt is not None:
+            out["doubt"] = more.reshape(given.shape)
+            out["doubt"].setflags(write=False)
         return TareState.filled(left), Tared.filled(out)
 
     def prepare(self) -> None:
