@@ -92,7 +92,7 @@ def _show_relaxation(out: TextIO, fitted: RelaxationFit, names: tuple[str, ...])
     least, most = names[int(lost.argmin())], names[int(lost.argmax())]
     times = " and ".join(f"{number(v, 3)} s" for v in np.atleast_1d(fitted.own.time).tolist())
     print(f"held long, {least} loses {lost.min():.1f} %, {most} {lost.max():.1f} %, with {times}", file=out)
-    print(f"what is undone is in doubt by {100 * float(fitted.own.doubt):.0f} %", file=out)
+    print(f"what is undone is in doubt by {100 * float(np.asarray(fitted.own.doubt)):.0f} %", file=out)
 
 
 def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:

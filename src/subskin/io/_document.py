@@ -73,7 +73,7 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
             from ..stream.relaxation import Relaxation
 
             held = document.relaxation
-            relaxation = Relaxation(held.share, held.time, doubt=held.doubt)  # type: ignore[arg-type]
+            relaxation = Relaxation(held.share, held.time, doubt=held.doubt)
             check_held(relaxation, array)
         at = "recording"
         how = None if recording is None else _recording(recording, length, array.on_area)

@@ -30,7 +30,7 @@ _LEVEL = 0.01
 
 
 def fit_held(file: FingerFile, recording: Table | Path, *, terms: int = 2, every: int = 1) -> RelaxationFit:
-    """What the skin forgets of presses that are held, from a raw recording; `subskin.stream.fit_relaxation` fits it.
+    r"""What the skin forgets of presses that are held, from a raw recording; `subskin.stream.fit_relaxation` fits it.
 
     Parameters
     ----------
@@ -52,6 +52,20 @@ def fit_held(file: FingerFile, recording: Table | Path, *, terms: int = 2, every
     ------
     FileError, InvalidValueError, ConvergenceError
         As `FingerFile.segment` and `fit_relaxation`.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss, tempfile
+    >>> columns = 'sensors = ["a", "b"]\ntime = { column = "t" }\npress = { column = "z" }'
+    >>> text = f"[skin]\nyoung = 4e5\n[sensors]\ncount = 2\npitch = 4e-3\ndepth = 2e-3\n[recording]\n{columns}"
+    >>> file, t = ss.io.parse_finger(text), np.arange(0.0, 56.0, 0.05)
+    >>> down = np.clip(np.minimum(t % 14 - 2.0, 9.0 - t % 14), 0, 1)
+    >>> felt = ss.Relaxation([[0.3, 0.1]], [2.0]).apply(down[:, None] * [1.0, 0.6], t)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ss.io.write_table(f"{folder}/raw.csv", {"t": t, "z": 2e-3 * down, "a": felt[:, 0], "b": felt[:, 1]})
+    ...     fit = ss.io.fit_held(file, ss.io.read_table(f"{folder}/raw.csv"), terms=1)
+    >>> fit.own.share.round(2).tolist(), fit.own.time.round(2).tolist()
+    ([[0.3, 0.1]], [2.0])
     """
     from ..stream import fit_relaxation
 
@@ -88,6 +102,13 @@ def with_relaxation(file: FingerFile, relaxation: Relaxation) -> FingerFile:
 
     Readings at rest are not written: a stream begins with the skin free.
 
+    Parameters
+    ----------
+    file : FingerFile
+        What is to have it; one that it has is replaced.
+    relaxation : Relaxation
+        As `RelaxationFit.own`.
+
     Raises
     ------
     GeometryError, InvalidValueError
@@ -96,7 +117,7 @@ def with_relaxation(file: FingerFile, relaxation: Relaxation) -> FingerFile:
     Examples
     --------
     >>> from subskin.io import parse_finger
-    >>> file = parse_finger("skin = {young = 4e5}\nsensors = {y = [0.0, 2e-3], depth = 2e-3}")
+    >>> file = parse_finger("[skin]\nyoung = 4e5\n[sensors]\ncount = 2\npitch = 2e-3\ndepth = 2e-3\n")
     >>> print(with_relaxation(file, Relaxation([[0.1, 0.05]], [1.5], doubt=0.3)).text.split("\n\n")[1])
     [relaxation]
     share = [[0.1, 0.05]]

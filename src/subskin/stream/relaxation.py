@@ -48,6 +48,8 @@ class Relaxation(Frozen):
     rest : array_like, shape () or (n,), optional
         Readings of the untouched skin: a finger's offsets. The first reading of each sensor if left out. An offset that
         is wrong by d ends as d / (1 - sum of share): take drift off afterwards, not before (docs/robust.md).
+    doubt : array_like, shape () or (n,), optional
+        How far what the terms take of a reading may be wrong [-]: its standard deviation over its size.
 
     Raises
     ------
@@ -104,6 +106,11 @@ class Relaxation(Frozen):
     def of_sensors(self, count: int) -> tuple[FloatArray, FloatArray]:
         """Shares (k, n) and doubts (n,) of so many sensors.
 
+        Parameters
+        ----------
+        count : int
+            How many sensors there are.
+
         Raises
         ------
         GeometryError
@@ -111,7 +118,7 @@ class Relaxation(Frozen):
         """
         share = np.asarray(self.share)
         wide = share[:, None] if share.ndim == 1 else share
-        given = (("share", wide.shape[1]), ("rest", np.size(self.rest)), ("doubt", np.size(self.doubt)))
+        given = (("share", wide.shape[1]), ("rest", np.asarray(self.rest).size), ("doubt", np.asarray(self.doubt).size))
         for name, size in given:
             if size not in (1, count):
                 rule, fix = f"there are {count} sensors", "one value, or one for each sensor"
@@ -213,7 +220,13 @@ class Undoing(Stage[RelaxationState, Undone]):
         return left, Undone(out, doubt)
 
     def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
-        """As of `Relaxing`."""
+        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`.
+
+        Parameters
+        ----------
+        state : RelaxationState or None
+            What was left of the stream before.
+        """
         return self.relaxation.undo.resumed(state)
 
 

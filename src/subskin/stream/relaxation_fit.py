@@ -211,11 +211,9 @@ class _Series:
         scales = [self._scale(share, constants, i) for i in range(self.frames.shape[1])]
         scale, scale_std = (np.array(column) for column in zip(*scales, strict=True))
         before, after = (np.sqrt((self.left(s, constants) ** 2).mean(axis=0)) for s in (np.zeros(k), share))
-        return RelaxationFit(
-            Relaxation(share, constants, self.rest),
-            *(_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)),
-            self._own(p, scale, scale_std, (low, high)),
-        )
+        told = [_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)]
+        own = self._own(p, scale, scale_std, (low, high))
+        return RelaxationFit(Relaxation(share, constants, self.rest), *told, own=own)
 
     def _own(
         self, p: FloatArray, scale: FloatArray, scale_std: FloatArray, ends: tuple[FloatArray, FloatArray]
@@ -251,7 +249,10 @@ class _Series:
             size = _means(out.doubt, *self.free[:, 2:].T)
             seen = np.isfinite(before + after + size)
             wrong, size = (np.where(seen, v, 0.0) ** 2 for v in (after - before, size))
-            squares.append(_ratio2(wrong.sum(axis=0), size.sum(axis=0), told))
+            first, stop = self.free[:, ::2], self.free[:, 1::2]
+            frames = np.where(seen, (1.0 / (stop - first)).sum(axis=-1, keepdims=True), 0.0)
+            wrong = np.maximum(wrong.sum(axis=0) - frames.sum(axis=0) * self.noise**2, 0.0)
+            squares.append(_ratio2(wrong, size.sum(axis=0), told))
         return float(np.sqrt(np.mean(squares)))
 
     def _scale(self, share: FloatArray, constants: FloatArray, sensor: int) -> tuple[float, float]:
