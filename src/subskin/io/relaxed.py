@@ -118,7 +118,7 @@ def with_relaxation(file: FingerFile, relaxation: Relaxation) -> FingerFile:
     --------
     >>> from subskin.io import parse_finger
     >>> file = parse_finger("[skin]\nyoung = 4e5\n[sensors]\ncount = 2\npitch = 2e-3\ndepth = 2e-3\n")
-    >>> print(with_relaxation(file, Relaxation([[0.1, 0.05]], [1.5], doubt=0.3)).text.split("\n\n")[1])
+    >>> print(with_relaxation(file, Relaxation([[0.1, 0.05]], [1.5], doubt=0.3)).text.split("\n\n")[1].strip())
     [relaxation]
     share = [[0.1, 0.05]]
     time = ["1.5 s"]
