@@ -91,6 +91,15 @@ def test_what_is_no_doubt_is_refused():
         pad.locate(readings, doubt=doubt)
 
 
+@pytest.mark.parametrize(("spread", "sure", "doubting"), [(0.5, 0.5, 1.0), (2.0, 2.0, 2.0)])
+def test_misfit_that_is_alike_in_neighbours_takes_nothing_off_a_doubt(spread, sure, doubting):
+    known = replace(FINGER, spread=ss.spread.Spread([0.0], straight=[spread], leaning=[spread]))
+    readings = FINGER.read(ss.LineLoad(2000.0, position=[0.2e-3, 1.1e-3]))
+    for doubt, expected in ((0.0, sure), (20.0, doubting)):
+        wide, plain = (f.locate(readings, doubt=doubt * np.ones((2, 1)) * NOISE).std[:, 0] for f in (known, FINGER))
+        np.testing.assert_allclose(wide / plain, expected, rtol=3e-3)
+
+
 def held(runs, spread, rng):
     """Raw frames of `runs` presses that are held for 6 s, on rubber whose sensors forget each their own share.
 

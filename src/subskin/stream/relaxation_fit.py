@@ -211,9 +211,11 @@ class _Series:
         scales = [self._scale(share, constants, i) for i in range(self.frames.shape[1])]
         scale, scale_std = (np.array(column) for column in zip(*scales, strict=True))
         before, after = (np.sqrt((self.left(s, constants) ** 2).mean(axis=0)) for s in (np.zeros(k), share))
-        told = [_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)]
+        for values in (share_std, time_std, scale, scale_std, before, after):
+            values.setflags(write=False)
         own = self._own(p, scale, scale_std, (low, high))
-        return RelaxationFit(Relaxation(share, constants, self.rest), *told, own=own)
+        common = Relaxation(share, constants, self.rest)
+        return RelaxationFit(common, share_std, time_std, scale, scale_std, before, after, own)
 
     def _own(
         self, p: FloatArray, scale: FloatArray, scale_std: FloatArray, ends: tuple[FloatArray, FloatArray]
