@@ -98,7 +98,7 @@ class Recorded:
         return Pipeline(stages if answer is None else {**stages, "found": answer})
 
     def tare(self, recording: Given, time: npt.ArrayLike | None = None, *, drift: npt.ArrayLike | None = None) -> Tared:
-        """A raw recording as given to `run`, without its drift: its `readings` are what `locate` takes."""
+        """A raw recording as given to `run`, without its drift: `locate` takes its `readings` and its `doubt`."""
         tared: Tared = self.pipeline(drift=drift)(*self._raw(recording, time))["tare"]
         return tared
 
