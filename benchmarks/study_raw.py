@@ -11,6 +11,10 @@ What presses have in common at a sensor, beside the field, is taken
 - "offset": to be the same under every load that is felt, and nothing where the skin is free;
 - "none": not to be there, `--fit gain,depth,origin,position`.
 
+A second table is of fingers with a lift, of a half plane and of a layer whose thickness is fitted too: with frames as
+they were read, with what each sensor forgets of a held press undone (the [relaxation] that `io.fit_held` finds from the
+presses of the calibration), and with the doubt of that as well.
+
 A frame is `down` where the indenter is 99 % of its way down or more, in the `rise` before and in the `fall` after; it
 is of a `light` touch below 85 %. Frames in which it has not touched yet count too: the approach does not say when.
 Wrong is an answer more than 2 mm off; sure and wrong is one that is also off by 3 of its own standard errors.
@@ -18,6 +22,7 @@ Wrong is an answer more than 2 mm off; sure and wrong is one that is also off by
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,34 +58,44 @@ FITS = {
     "offset": ("gain", "offset", "depth", "origin", "position"),
     "none": ("gain", "depth", "origin", "position"),
 }
+LAYER = 'kind = "layers"\nlayers = [{ young = "0.2 MPa", poisson = 0.5, thickness = "15 mm" }]'
+SKINS = {
+    "half plane": (FINGER, FITS["lift"]),
+    "layer": (FINGER.replace('young = "0.2 MPa"\npoisson = 0.5', LAYER), (*FITS["lift"], "thickness")),
+}
+HELD = ("as read", "undone", "undone, in doubt")
 OFF, SURE, DOWN, LIGHT = 2e-3, 3.0, 0.99, 0.85
 
 
-def calibrated(data: Path, common: str) -> tuple[ss.io.FingerFile, ss.Finger]:
+def calibrated(
+    data: Path, fit: tuple[str, ...], text: str = FINGER, held: str = HELD[0]
+) -> tuple[ss.io.FingerFile, ss.Finger]:
     """The file and the finger by every second press of "full"; the file's own has no offset, which raw frames lack."""
-    file = ss.io.parse_finger(FINGER).of_differences()
-    own = file.segment(data / "barotact" / AIR["full"])
-    found = ss.calibrate(file.finger, own.reading[::2], own.position[::2], fit=FITS[common])
+    file, path = ss.io.parse_finger(text).of_differences(), data / "barotact" / AIR["full"]
+    if held != HELD[0]:
+        own = ss.io.fit_held(file, path, every=2).own
+        file = ss.io.with_relaxation(file, own if held == HELD[2] else replace(own, doubt=0.0))
+    own = file.segment(path)
+    found = ss.calibrate(file.finger, own.reading[::2], own.position[::2], fit=fit)
     plain = replace(found.finger, array=replace(found.finger.array, offset=0.0))
     return file.with_finger(plain, found.origin), found.finger
 
 
-def origin_of(data: Path, name: str) -> float:
-    """Where the row lies on another day: as three presses say that are located by the finger with a lift [m]."""
-    file, _ = calibrated(data, "lift")
+def origin_of(data: Path, name: str, file: ss.io.FingerFile) -> float:
+    """Where the row lies on another day: as three presses say that are located by a finger with a lift [m]."""
     presses = file.segment(data / "barotact" / AIR[name])
     found = file.locate(presses.reading)
     return float(np.median((presses.position - found.position)[found.ok][:3]))
 
 
-def located(data: Path, name: str, common: str) -> dict[str, np.ndarray]:
+def located(
+    data: Path, name: str, file: ss.io.FingerFile, finger: ss.Finger, origin: float, offset: bool = False
+) -> dict[str, np.ndarray]:
     """Of each frame: the status, the error and its standard error [m], how far down, and whether that grows."""
-    file, finger = calibrated(data, common)
-    origin = file.origin if name == "full" else origin_of(data, name)
     table = ss.io.read_table(data / "barotact" / AIR[name])
     tared = file.tare(table)
-    found = replace(file, finger=finger).locate(tared.readings)
-    status = np.where(tared.free & (common == "offset"), ss.Status.NO_CONTACT, found.status)
+    found = replace(file, finger=finger).locate(tared.readings, doubt=tared.doubt)
+    status = np.where(tared.free & offset, ss.Status.NO_CONTACT, found.status)
     truth, down = table.numbers("x") * 1e-6, table.numbers("z") / table.numbers("z").max()
     before = np.concatenate([[True], np.diff(down) >= 0])
     error = np.abs(found.position + origin - truth)
@@ -102,26 +117,53 @@ def counted(frames: dict[str, np.ndarray], kept: np.ndarray) -> list[str]:
     return [frames_, none, fine, median, off, sure, held]
 
 
+def parts(frames: dict[str, np.ndarray], apart: bool) -> dict[str, np.ndarray]:
+    """Which frames lie in which part of a press; light touches `apart`, or in the rise and the fall."""
+    down, rises = frames["down"], frames["rises"]
+    held, light = down >= DOWN, down < LIGHT
+    moving = ~held & (down > 0)
+    whole = {"all": down >= 0, "down": held}
+    if not apart:
+        return {**whole, "rise": moving & rises, "fall": moving & ~rises}
+    return {
+        **whole,
+        "rise": moving & rises & ~light,
+        "fall": moving & ~rises & ~light,
+        "rise, light": moving & rises & light,
+        "fall, light": moving & ~rises & light,
+    }
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     options = arguments(__doc__, data=DATA, recordings=",".join(AIR))
+    names, data = options.recordings.split(","), options.data
+    lifted, _ = calibrated(data, FITS["lift"])
     rows = []
-    for name in options.recordings.split(","):
-        for common in FITS:
-            frames = located(options.data, name, common)
-            down, rises = frames["down"], frames["rises"]
-            held, light = down >= DOWN, down < LIGHT
-            moving = ~held & (down > 0)
-            parts = {
-                "all": down >= 0,
-                "down": held,
-                "rise": moving & rises & ~light,
-                "fall": moving & ~rises & ~light,
-                "rise, light": moving & rises & light,
-                "fall, light": moving & ~rises & light,
-            }
-            rows += [[name, common, part, *counted(frames, kept)] for part, kept in parts.items()]
-    show("Raw frames", ["recording", "in common", "indenter", *HEADS], rows, options.json)
+    for name in names:
+        for common, fit in FITS.items():
+            file, finger = calibrated(data, fit)
+            origin = file.origin if name == "full" else origin_of(data, name, lifted)
+            frames = located(data, name, file, finger, origin, common == "offset")
+            rows += [[name, common, part, *counted(frames, kept)] for part, kept in parts(frames, True).items()]
+    held = []
+    for skin, (text, fit) in SKINS.items():
+        for how in HELD:
+            file, finger = calibrated(data, fit, text, how)
+            for name in names:
+                origin = file.origin if name == "full" else origin_of(data, name, file)
+                frames = located(data, name, file, finger, origin)
+                told = [[skin, name, how, part, *counted(frames, kept)] for part, kept in parts(frames, False).items()]
+                held += told
+    tables = [
+        ("Raw frames", ["recording", "in common", "indenter", *HEADS], rows),
+        ("Held presses undone", ["skin", "recording", "what a hold leaves", "indenter", *HEADS], held),
+    ]
+    for title, heads, told in tables:
+        show(title, heads, told)
+    if options.json:
+        kept = {title: [dict(zip(heads, row, strict=True)) for row in told] for title, heads, told in tables}
+        options.json.write_text(json.dumps(kept, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -61,6 +61,14 @@ def line() -> None:
     ss.decide.slip(tip.locate(tip.read(ss.LineLoad(force=[30.0, 20.0]))), ss.decide.Friction.between(0.4, 0.6))
 
 
+def doubted() -> None:
+    tip = finger()
+    frames = tip.read(ss.LineLoad(force=[30.0, 20.0]))
+    tip.locate(frames, doubt=np.full(frames.shape, 1e-4))
+    frames = tip.read(ss.Hertz(force=[30.0, 20.0], half_width=1.5e-3))
+    tip.locator("hertz")(frames, doubt=np.full(frames.shape, 1e-4))
+
+
 def placement() -> None:
     skin, touches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0)
     kind = ss.NormalStrain()
@@ -112,7 +120,7 @@ def streams() -> None:
 
 JOBS = (  # longest first
     *(image, image_of_a_free_drag, a_kind_of_each, round_on_area, in_place, pressing_on_area),
-    *(area, line, placement, pressure, placement_on_area, pressing, streams),
+    *(area, line, doubted, placement, pressure, placement_on_area, pressing, streams),
 )
 
 

@@ -131,3 +131,32 @@ def test_offsets_that_are_not_the_free_skin_s_are_said(subskin, stream, folder):
     ran = subskin("locate", "finger.toml", "stream.csv", "--tare")
     assert ran.code == 0
     assert "knows differences" in ran.err
+
+
+def test_what_each_sensor_forgets_is_fitted_undone_and_weighed(subskin, folder):
+    """From a recording of simulated rubber to frames that are weighed by the doubt of what was undone."""
+    time = np.arange(0.0, 84.0, 0.05)
+    down = np.clip(np.minimum(time % 14 - 2.0, 9.0 - time % 14), 0, 1)
+    position = np.linspace(-8e-3, 8e-3, 6)[(time // 14).astype(int)]
+    touches = ss.LineLoad(40.0 * down, position=position)
+    felt = ss.Relaxation([[0.3, 0.1, 0.1, 0.1]], [3.0]).apply(load("finger.toml").finger.read(touches), time)
+    felt = felt + 5.0 * np.random.default_rng(0).standard_normal(felt.shape)
+    columns = {"time": time, "x": 1e6 * position, "z": 640 * down} | {f"p{i}": felt[:, i] for i in range(4)}
+    write_table("raw.csv", columns)
+    ran = subskin("segment", "finger.toml", "raw.csv", "-o", "presses.csv", "--relaxation", "relaxed.toml")
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out.startswith("6 presses")
+    assert "in doubt by" in ran.out
+    assert "-> relaxed.toml" in ran.out
+    file = ss.load("relaxed.toml")
+    lost = file.relaxation.of_sensors(4)[0].sum(axis=0)
+    np.testing.assert_allclose(lost, [0.3, 0.1, 0.1, 0.1], atol=0.05)
+    assert 0 < file.relaxation.doubt < 0.5
+    assert subskin("locate", "relaxed.toml", "raw.csv", "-o", "out.csv", "--tare").err == ""
+    found = file.run(read_table("raw.csv"))["found"]
+    for name, values in (("position", found.position), ("position_std", found.std[..., 0])):
+        np.testing.assert_array_equal(read_table("out.csv").numbers(name), values + file.origin * (name == "position"))
+    ran = subskin("decide", "relaxed.toml", "raw.csv", "--rows", "700", "--tare")
+    assert ran.code == 0
+    assert "does not weigh its doubt" in ran.err
+    assert "it is the same file as" in subskin("segment", "finger.toml", "raw.csv", "--relaxation", "finger.toml").err

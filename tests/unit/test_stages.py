@@ -47,6 +47,7 @@ STAGES = {
     "tare": TARE,
     "apply": RUBBER.apply,
     "undo": replace(RUBBER, rest=FINGER.array.offset).undo,
+    "undoing": replace(RUBBER, rest=FINGER.array.offset, doubt=0.3).undoing,
     "units": ss.Pipeline({"units": partial(np.multiply, 100.0)}),
     "locate": ss.Pipeline({"found": FINGER.locator()}),
     "locate without outliers": ss.Pipeline({"found": FINGER.locator(outliers=1)}),
@@ -61,6 +62,9 @@ STAGES = {
             "tare": TARE,
             "found": FINGER.locator(outliers=1),
         }
+    ),
+    "all, in doubt": ss.Pipeline(
+        {"relaxation": replace(RUBBER, doubt=0.3).undoing, "tare": TARE, "found": BENT.locator(outliers=1)}
     ),
 }
 COSTLY = {"fit": 300, "decide": 120, "pressure": 60}
@@ -153,8 +157,9 @@ def over(out, change):
         return {name: over(part, change) for name, part in out.items()}
     if isinstance(out, np.ndarray):
         return change(out)
-    rows = {"table", "used", "readings", "offset", "free", "frozen"}
-    return replace(out, **{f.name: change(getattr(out, f.name)) for f in fields(out) if f.name in rows})
+    rows = {"table", "used", "readings", "offset", "free", "frozen", "doubt"}
+    kept = {f.name: getattr(out, f.name) for f in fields(out) if f.name in rows}
+    return replace(out, **{name: change(values) for name, values in kept.items() if values is not None})
 
 
 @pytest.mark.parametrize("name", STAGES)

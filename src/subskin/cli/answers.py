@@ -18,6 +18,7 @@ from ..estimate.moved import moved
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading
 from ..stream.pipeline import Pipeline
+from ..stream.relaxation import Undoing
 from ..stream.stage import Stage, join
 from ..stream.tare import Tared
 from .common import Rows, check_figure, number, progress_bar, said_of
@@ -28,7 +29,7 @@ __all__ = [
     "Answers", "Kept", "against", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_names",
 ]  # fmt: skip
 
-Answer = Callable[[npt.ArrayLike], Any]
+Answer = Callable[..., Any]
 
 _SHOWN = 20  # rows for the screen
 
@@ -60,11 +61,15 @@ class _Chosen(Stage[int, Any]):
 
     def __init__(self, rows: Rows, answer: Answer) -> None:
         self.rows, self.answer = rows, answer
+        self.takes_doubt = getattr(answer, "takes_doubt", False)
 
-    def step(self, state: int | None, readings: npt.ArrayLike, time: object) -> tuple[int, Any]:
+    def step(
+        self, state: int | None, readings: npt.ArrayLike, time: object, doubt: npt.NDArray[np.float64] | None = None
+    ) -> tuple[int, Any]:
         frames, first = np.asarray(readings), state or 0
         chosen = self.rows.of(first, len(frames))
-        return first + len(frames), (np.flatnonzero(chosen), self.answer(frames[chosen]))
+        more = {} if doubt is None else {"doubt": doubt[chosen]}
+        return first + len(frames), (np.flatnonzero(chosen), self.answer(frames[chosen], **more))
 
 
 def answers_of(
@@ -89,7 +94,12 @@ def answers_of(
         with said_of(options.finger):
             answer = prepare(file)  # what is wrong with the finger shows before the first frame
             stages = {} if options.tare is None else file.pipeline(drift=drift).stages
-        pipeline = Pipeline({**stages, "found": _Chosen(rows, answer)})
+        found_by = _Chosen(rows, answer)
+        pipeline = Pipeline({**stages, "found": found_by})
+        undone = stages.get("relaxation")
+        if isinstance(undone, Undoing) and not found_by.takes_doubt:
+            what = "[relaxation] undoes what is held, but this answer does not weigh its doubt"
+            print(f"subskin: warning: {what}. Fix: subskin locate does", file=sys.stderr)
         state, first, tared, last = None, 0, [], -np.inf
         for block in table:
             readings, time = (block.readings(file.names), None) if options.tare is None else file.frames(block)
@@ -128,7 +138,7 @@ def _thinned(tared: Tared) -> Tared:
     """At most 1000 frames of a stretch, for what is said of the stream as a whole."""
     step = slice(None, None, 1 + len(tared.free) // 1000)
     frames = ("readings", "offset", "free", "frozen")
-    return replace(tared, **{name: getattr(tared, name)[step] for name in frames})
+    return replace(tared, doubt=None, **{name: getattr(tared, name)[step] for name in frames})
 
 
 class Kept:

@@ -181,7 +181,7 @@ def say(options: argparse.Namespace) -> TextIO:
 
 _INPUTS = {"finger": "the finger", "goals": "the goals", "readings": "the readings", "recording": "the recording",
            "touches": "the touches"}  # fmt: skip
-_OUTPUTS = {"out": "-o", "totals": "--totals", "figure": "--figure", "map": "--map"}
+_OUTPUTS = {"out": "-o", "relaxed": "--relaxation", "totals": "--totals", "figure": "--figure", "map": "--map"}
 
 
 def inputs_of(options: argparse.Namespace) -> dict[str, str]:

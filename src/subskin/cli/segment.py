@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
@@ -12,19 +13,21 @@ from .frames import AREA_COLUMNS, warn_of_spread
 from .text_table import show
 
 if TYPE_CHECKING:
-    from ..stream.presses import Presses
+    from ..stream import Presses, RelaxationFit
 
 _WIDE = 6
 """Sensors that a screen has room for."""
 _EXAMPLES = """\
   subskin segment finger.toml raw.csv -o presses.csv
   subskin segment finger.toml raw.csv -o presses.parquet --early 0.2 --before "0.1 s"
+  subskin segment finger.toml raw.csv -o presses.csv --relaxation relaxed.toml
 """
 _NOTES = """\
 The table [recording] of the finger file says how to read the recording. A press is a plateau of the indenter's
 approach. Its reading is the mean over the first part of the plateau (rubber relaxes) less the mean just before the
 indenter leaves its rest. Where no approach is recorded, presses are found from the readings. On an area [recording]
-has two columns of the position, y and z, and the presses have position_y and position_z.
+has two columns of the position, y and z, and the presses have position_y and position_z. Where the file has
+[relaxation], it is undone first. --relaxation fits it to the plateaus, writes the file with it, and undoes it.
 """
 
 
@@ -36,6 +39,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--early", type=float, metavar="SHARE", help="averaged share of a plateau (0.4)")
     parser.add_argument("--before", metavar="TIME", help='time averaged before a press ("0.3 s")')
     parser.add_argument("--hold", metavar="TIME", help='least duration of a plateau ("0.5 s")')
+    parser.add_argument(
+        "--relaxation",
+        dest="relaxed",
+        metavar="FILE",
+        help="fit what each sensor forgets of held presses; the finger with it",
+    )
     add_shared(parser, "table of presses")
 
 
@@ -46,7 +55,12 @@ def run(options: argparse.Namespace) -> int:
         name: None if (text := getattr(options, name)) is None else quantity(text, "s", f"--{name}")
         for name in ("before", "hold")
     }
+    fitted = None
     with said_of(table.name):
+        if options.relaxed is not None:
+            fitted = io.fit_held(file, table)
+            own = replace(fitted.own, doubt=0.0) if file.finger.array.on_area else fitted.own
+            file = io.with_relaxation(file, own)
         presses = file.segment(table, **{name: value for name, value in changed.items() if value is not None})
     if presses.depth is not None and presses.force is None:
         warn_of_spread(table.name, presses.depth, 'force = { column = "load_cell", unit = "N" } under [recording]')
@@ -57,10 +71,28 @@ def run(options: argparse.Namespace) -> int:
     def people(out: TextIO) -> None:
         skipped = f" ({presses.skipped} left out: no free skin before them)" if presses.skipped else ""
         print(f"{len(presses)} presses in {len(table)} frames{skipped}", file=out)
+        if fitted is not None:
+            _show_relaxation(out, fitted, file.names)
         if options.out is None:
             _show(out, presses, file.names)
 
-    return give(options, lambda: {"presses": len(presses), "skipped": presses.skipped, "columns": columns}, people)
+    return give(
+        options,
+        lambda: {"presses": len(presses), "skipped": presses.skipped, "columns": columns},
+        people,
+        {options.relaxed: lambda path: io.save_finger(file, path)},
+    )
+
+
+def _show_relaxation(out: TextIO, fitted: RelaxationFit, names: tuple[str, ...]) -> None:
+    """What each sensor loses of a press that is held, and how surely."""
+    import numpy as np
+
+    lost = 100 * fitted.own.of_sensors(len(names))[0].sum(axis=0)
+    least, most = names[int(lost.argmin())], names[int(lost.argmax())]
+    times = " and ".join(f"{number(v, 3)} s" for v in np.atleast_1d(fitted.own.time).tolist())
+    print(f"held long, {least} loses {lost.min():.1f} %, {most} {lost.max():.1f} %, with {times}", file=out)
+    print(f"what is undone is in doubt by {100 * float(np.asarray(fitted.own.doubt)):.0f} %", file=out)
 
 
 def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:

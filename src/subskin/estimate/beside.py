@@ -123,8 +123,10 @@ class PointLocator(Locator):
         super().__init__(response, array, friction=steep, **options)
         self.layout = self._layout = BESIDE
 
-    def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
-        super()._run(frames, pattern, out)
+    def _run(
+        self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
+    ) -> None:
+        super()._run(frames, pattern, out, doubt)
         at = BESIDE
         out[:, at.square[1, 1]] += self.unseen(out)
         status = out[:, at.status]

@@ -120,16 +120,18 @@ class EitherLocator:
         self.line, self.point = line, point
         self.response = line.response
 
+    takes_doubt = True
+
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Which positions lie where loads are looked for; as of `Locator`."""
         return self.line.covers(position)
 
-    def __call__(self, readings: npt.ArrayLike) -> Either:
+    def __call__(self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None) -> Either:
         """The contact in each frame.
 
         Parameters
         ----------
-        readings : array_like, shape (..., n)
+        readings, doubt : array_like, shape (..., n)
             As of `Locator`.
 
         Raises
@@ -137,7 +139,7 @@ class EitherLocator:
         GeometryError
             A last axis that is not the number of sensors.
         """
-        line, point = self.line(readings), self.point(readings)
+        line, point = self.line(readings, doubt), self.point(readings, doubt)
         mu = self.line.friction
         drags = [_slid(line, mu), _leant(point, mu, self.point.depth)] if mu else [None, None]
         known = line.table[..., line.layout.square], point.table[..., point.layout.square].copy()

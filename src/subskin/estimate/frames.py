@@ -109,14 +109,17 @@ class Framewise(ABC):
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
 
-    def _frames(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Packed results (..., columns) and the sensors used (..., n)."""
+    def _frames(
+        self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None
+    ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+        """Packed results (..., columns) and the sensors used (..., n); `doubt` of estimators that take one."""
         raw = _check.readings(readings)
         n = self._sensors
         if raw.ndim == 0 or raw.shape[-1] != n:
             raise GeometryError(
                 f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors", f"shape (frames, {n})"
             )
+        more = None if doubt is None else self._doubts(raw, doubt)
         if not self._linear:
             raw = self._linearised(raw)
         frames = np.ascontiguousarray(raw.reshape(-1, n))
@@ -126,16 +129,17 @@ class Framewise(ABC):
         pending = np.ones(len(frames), dtype=bool)
         used = self._used
         if self._enough:
-            self._run(frames if self._every else np.ascontiguousarray(frames[:, self._all]), self._all, out)
+            live = frames if self._every else np.ascontiguousarray(frames[:, self._all])
+            self._run(live, self._all, out, None if more is None else more[:, self._all])
             if len(out) != len(used):  # batches of a live loop are as long as the one before
                 self._used = used = np.broadcast_to(self._all, frames.shape)
             status = out[:, self._status]
             pending = status < 0 if status.min(initial=0.0) < 0 else _NONE
         if pending is not _NONE:
             used = self.array.usable(frames)
-            self._run_patterns(frames, used, pending, out)
+            self._run_patterns(frames, used, pending, out, more)
         if self._outliers:
-            used = self._without_outliers(frames, used, out)
+            used = self._without_outliers(frames, used, out, more)
         used.setflags(write=False)
         out.setflags(write=False)
         if raw.ndim == 2:
@@ -153,8 +157,26 @@ class Framewise(ABC):
                 linear[..., i] = np.where(inside, value, np.nan)
         return linear
 
+    def _doubts(self, raw: FloatArray, doubt: npt.ArrayLike) -> FloatArray:
+        """A doubt (f, n) of each reading: 0 where there is none, in units of the linear part of its transducer."""
+        given = np.asarray(doubt, dtype=np.float64)
+        if given.shape != raw.shape:
+            rule = f"one of each reading, {raw.shape}, is needed"
+            raise GeometryError(f"doubt of shape {given.shape}", rule, "doubt=tared.doubt")
+        if (given < 0).any():
+            raise InvalidValueError(f"doubt = {given.min():.6g}", "has to be >= 0", "a standard deviation [reading]")
+        if not self._linear:
+            moved = np.abs(self._linearised(raw + given) - self._linearised(raw))
+            given = np.where(np.isfinite(moved), moved, given)
+        return np.where(np.isfinite(given), given, 0.0).reshape(-1, self._sensors)
+
     def _run_patterns(
-        self, frames: FloatArray, used: npt.NDArray[np.bool_], pending: npt.NDArray[np.bool_], out: FloatArray
+        self,
+        frames: FloatArray,
+        used: npt.NDArray[np.bool_],
+        pending: npt.NDArray[np.bool_],
+        out: FloatArray,
+        doubt: FloatArray | None,
     ) -> None:
         """Frames in which a sensor is out, grouped by the sensors that are left."""
         for pattern, rows in patterns(used, pending):
@@ -164,13 +186,14 @@ class Framewise(ABC):
                     out[rows, self._layout.rival_chi2] = np.inf
                 out[rows, self._status] = Status.INCOMPLETE
                 continue
-            out[rows] = self._part(frames[rows], pattern)
+            out[rows] = self._part(frames[rows], pattern, None if doubt is None else doubt[rows])
 
-    def _part(self, frames: FloatArray, pattern: npt.NDArray[np.bool_]) -> FloatArray:
+    def _part(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], doubt: FloatArray | None) -> FloatArray:
         """Packed results of frames by the sensors of `pattern`, all of which can be used."""
         part = np.full((len(frames), self._columns), -1.0)
         if self._reckoned:
-            self._run(np.ascontiguousarray(frames[:, pattern]), pattern, part)
+            more = None if doubt is None else doubt[:, pattern]
+            self._run(np.ascontiguousarray(frames[:, pattern]), pattern, part, more)
         # readings so many noises large that the digits of a float end before: no load explains them to the noise
         beyond = part[:, self._status] < 0
         if beyond.any():
@@ -181,7 +204,7 @@ class Framewise(ABC):
         return part
 
     def _without_outliers(
-        self, frames: FloatArray, used: npt.NDArray[np.bool_], out: FloatArray
+        self, frames: FloatArray, used: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None
     ) -> npt.NDArray[np.bool_]:
         """Unexplained frames once more without each one reading; fills `out`, returns the sensors used then.
 
@@ -204,7 +227,7 @@ class Framewise(ABC):
             for part, sensor in zip(parts, sensors, strict=True):
                 rest = pattern.copy()
                 rest[sensor] = False
-                part[:] = self._part(frames[rows], rest)
+                part[:] = self._part(frames[rows], rest, None if doubt is None else doubt[rows])
             left = parts[..., columns.residual]
             order = np.argsort(left, axis=0)
             each = np.arange(len(rows))
@@ -223,7 +246,9 @@ class Framewise(ABC):
             found[rows[explained], sensors[order[0]][explained]] = False
         return found
 
-    def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
+    def _run(
+        self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
+    ) -> None:
         if pattern is not self._all:
             arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
         elif not self._arrays:
@@ -236,15 +261,43 @@ class Framewise(ABC):
             self._compiled = self._kernel()
             if not is_cached(self._compiled):
                 _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
-        self._compiled(frames, *arrays, out)
+        if doubt is None:
+            self._compiled(frames, *arrays, out)
+        else:
+            self._doubted(frames, doubt, arrays, pattern, out)
         if self._allowed is not None:
-            self._allow(out, *self._allowed)
+            self._allow(out, *self._allowed, 0.0 if doubt is None else self._in_doubt(doubt, pattern))
 
-    def _allow(self, out: FloatArray, spread: Spread | None, friction: float, trusted: bool) -> None:
-        """What the finger's misfit does to packed results (f, columns): covariances and intervals, and what is OK."""
+    def _doubted(
+        self,
+        frames: FloatArray,
+        doubt: FloatArray,
+        arrays: tuple[Any, ...],
+        pattern: npt.NDArray[np.bool_],
+        out: FloatArray,
+    ) -> None:
+        """The loop over frames whose readings have a doubt; of the estimators that take one."""
+        raise InvalidValueError(
+            f"doubt of the readings of a {type(self).__name__}", "it weighs all frames by the same noise", "doubt=None"
+        )
+
+    def _in_doubt(self, doubt: FloatArray, pattern: npt.NDArray[np.bool_]) -> FloatArray:
+        """Of each frame the largest share that doubt has in a reading's variance, shape (f, 1)."""
+        ratio2 = (doubt / np.asarray(self.array.noise)[pattern]) ** 2
+        return np.asarray((ratio2 / (1 + ratio2)).max(axis=-1, keepdims=True, initial=0.0))
+
+    def _allow(
+        self, out: FloatArray, spread: Spread | None, friction: float, trusted: bool, doubted: FloatArray | float
+    ) -> None:
+        """What the finger's misfit does to packed results (f, columns): covariances and intervals, and what is OK.
+
+        A spread below 1 says that the noise is misfit, alike in neighbours. It takes nothing off the share of a
+        variance that is `doubted`, (f, 1).
+        """
         if spread is not None and self._layout is not None:
             at = self._layout
             ratio = spread.at(out[:, :1], friction)
+            ratio = np.sqrt(ratio**2 + doubted * np.maximum(1 - ratio**2, 0.0))
             out[:, at.covariance : at.interval] *= ratio**2
             # what explains a frame nearly as well by so much larger errors: a rival, or a load at an end of the search
             y, status = out[:, 0], out[:, at.status]

@@ -191,6 +191,7 @@ def locate(
     false_alarm: float = 1e-6,
     ambiguity: float = 13.8,
     outliers: int = 0,
+    doubt: npt.ArrayLike | None = None,
     **_unknown: Never,
 ) -> Estimate | Either:
     """Where, how hard and at what angle a line load presses; as `finger.locate(readings)` too.
@@ -215,6 +216,9 @@ def locate(
         As in `locator`.
     search, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As in `locator`.
+    doubt : array_like, shape (..., n), optional
+        Standard deviation of each reading beside the sensor's noise [reading], as in `Locator`: that of `Tared`, where
+        a touch was held. On a row only.
 
     Returns
     -------
@@ -244,15 +248,21 @@ def locate(
     """
     finger_needed(finger)
     if _unknown:
-        _check.no_options(_unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT)]))
+        _check.no_options(
+            _unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT), "doubt"])
+        )
     if load is not None:
         _check.choice("load", load, ("line", "point", "either"))
     if load == "line":
         finger.array.refuse_area()
-    found: Estimate | Either = _quick(
+    search_with = _quick(
         finger, load or "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
         None, beside, None,
-    )(readings)  # fmt: skip
+    )  # fmt: skip
+    if doubt is not None and finger.array.on_area:
+        rule = "on an area all frames are weighed by one noise of each sensor"
+        raise InvalidValueError("doubt of sensors on an area", rule, "doubt=None")
+    found: Estimate | Either = search_with(readings) if doubt is None else search_with(readings, doubt)
     return found
 
 

@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError
 from ..response import Response
-from .beyond import stretches
+from .beyond import Stretches, stretches
 from .estimate import Estimate
 from .frames import Framewise, packed, scan_geometry, sensor_rows
 from .layout import LINE, WIDE
@@ -28,6 +29,9 @@ _LIMITS: dict[str, dict[str, Any]] = {
 }
 _WHOLE = 32
 """Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
+
+_NOTHING = 0.05
+"""Doubts less than this, of the noise, change no standard error by more than about a thousandth."""
 
 
 class Locator(Framewise):
@@ -131,7 +135,10 @@ class Locator(Framewise):
         self._search_ends = (float(response.start), float(response.stop))
         self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
 
-    def __call__(self, readings: npt.ArrayLike) -> Estimate:
+    takes_doubt = True
+    """Whether a call takes the doubts of readings, as a `Pipeline` asks."""
+
+    def __call__(self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None) -> Estimate:
         """The contact in each frame.
 
         Parameters
@@ -139,6 +146,9 @@ class Locator(Framewise):
         readings : array_like, shape (..., n)
             Raw readings, offset included, in units of each gain. NaN marks a missing one; it, and a saturated one, are
             left out of its frame.
+        doubt : array_like, shape (..., n), optional
+            Standard deviation of each reading beside the sensor's noise [reading]: a frame weighs its sensors by both.
+            Doubts below a twentieth of the noise are left out.
 
         Returns
         -------
@@ -147,10 +157,10 @@ class Locator(Framewise):
 
         Raises
         ------
-        GeometryError
-            A last axis that is not the number of sensors.
+        GeometryError, InvalidValueError
+            A last axis that is not the number of sensors; doubts of another shape, or below 0.
         """
-        table, used = self._frames(readings)
+        table, used = self._frames(readings, doubt)
         return Estimate(table, used, self.friction, self.unknowns, self.layout, self.relative)
 
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -169,19 +179,45 @@ class Locator(Framewise):
 
         return project_frames
 
+    def _doubted(
+        self,
+        frames: FloatArray,
+        doubt: FloatArray,
+        arrays: tuple[Any, ...],
+        pattern: npt.NDArray[np.bool_],
+        out: FloatArray,
+    ) -> None:
+        rows = (doubt > _NOTHING * np.asarray(self.array.noise)[pattern]).any(axis=-1)
+        many = int(np.count_nonzero(rows))
+        if many < len(frames):
+            part = np.empty((len(frames) - many, self._columns))
+            self._compiled(frames[~rows], *arrays, part)
+            out[~rows] = part
+        if many:
+            from .doubted import doubted_frames
+
+            fields = self._prepared.get(b"fields" + pattern.tobytes(), lambda: self._fields(pattern)[0])
+            part = np.empty((many, self._columns))
+            doubted_frames(frames[rows], np.ascontiguousarray(doubt[rows]), *arrays, fields, part)
+            out[rows] = part
+
+    def _fields(self, pattern: npt.NDArray[np.bool_]) -> tuple[FloatArray, Stretches]:
+        """Readings under unit forces at the nodes of the scan, then beyond it, in units of the noise: (k, n, 2)."""
+        response, scale = self._searched.select(pattern), 1 / np.asarray(self.array.noise)[pattern]
+        fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
+        far = stretches(self._beyond, pattern, scale, self.friction)
+        return np.concatenate([fields * scale[:, None], far.fields]), far
+
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
         from scipy.special import chdtri
 
         array, response = self.array.select(pattern), self._searched.select(pattern)
         scale = 1 / np.asarray(array.noise)
-        n = scale.size
-        fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
-        far = stretches(self._beyond, pattern, scale, self.friction)
-        basis, edges, shapes = scan_geometry(
-            np.concatenate([fields * scale[:, None], far.fields]), self.friction, _WHOLE
-        )
-        shapes = np.ascontiguousarray(shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0])
+        n, size = scale.size, self._scan.size * self._squares.size
+        fields, far = self._fields(pattern)
+        basis, edges, shapes = scan_geometry(fields, self.friction, _WHOLE)
+        shapes = np.ascontiguousarray(shapes[:, : size if self.normal_force != (0.0, np.inf) else 0])
         wide = self.layout.wide
         # as many readings as unknowns: what is left over are the ends of the unknowns, and one of them binds
         largest = float(chdtri(max(n - self.unknowns, 1), self._false_alarm))
@@ -196,7 +232,7 @@ class Locator(Framewise):
                 0.1 * self._shallowest,  # a profile wider than this may be ambiguous
                 *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
                 *self.normal_force,
-                n * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # of a unit force, by the table
+                n * (response.blur * np.abs(fields[:size]).max()) ** 2,  # of a unit force, by the table
                 float(chdtri(n, self._false_alarm)),  # less than this altogether: nothing
                 *(far.start, far.step, self._scan.size, far.near, *far.nodes),
             ]

@@ -12,7 +12,7 @@ from .. import _check
 from ..array import SensorArray
 from ..errors import InvalidValueError
 from ..response import Response
-from .frames import packed
+from .frames import Framewise, packed
 from .search import Locator
 
 __all__ = ["StickLocator", "checked_stick"]
@@ -60,10 +60,14 @@ class StickLocator(Locator):
             raise InvalidValueError("friction = 0 with stick", rule, "leave one of them out")
         self._searched = _slipping(response, _START)
 
+    takes_doubt = False
+
     def _kernel(self) -> Any:
         from .stick import stick_frames
 
         return stick_frames
+
+    _doubted = Framewise._doubted
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         *arrays, options = super()._prepare(pattern)

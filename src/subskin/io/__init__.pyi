@@ -2,6 +2,7 @@ from ._live import LiveFormat
 from .body_file import read_body
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
+from .relaxed import fit_held, with_relaxation
 from .search_store import FolderStore
 from .tables import Table, TableReader, TableWriter, read_table, reading, write_table, writing
 from .touch_store import TouchesCost, cost_of_touches, save_touches, shards_done
@@ -20,6 +21,7 @@ __all__ = [
     "TouchesFile",
     "cost_of_touches",
     "finger_text",
+    "fit_held",
     "format_quantity",
     "load",
     "load_goals",
@@ -34,6 +36,7 @@ __all__ = [
     "save_finger",
     "save_touches",
     "shards_done",
+    "with_relaxation",
     "write_table",
     "writing",
 ]

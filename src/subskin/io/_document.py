@@ -18,9 +18,11 @@ from ._skin import Misplaced, build_skin, key_of
 from .units import format_quantity, line_load, line_load_scale, quantity, si_unit, unit_scale
 
 if TYPE_CHECKING:
+    from ..array import SensorArray
+    from ..stream.relaxation import Relaxation
     from . import _schema
 
-__all__ = ["model_facts", "said"]
+__all__ = ["check_held", "model_facts", "said"]
 
 
 def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
@@ -70,7 +72,9 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         if document.relaxation is not None:
             from ..stream.relaxation import Relaxation
 
-            relaxation = Relaxation(document.relaxation.share, document.relaxation.time)
+            held = document.relaxation
+            relaxation = Relaxation(held.share, held.time, doubt=held.doubt)
+            check_held(relaxation, array)
         at = "recording"
         how = None if recording is None else _recording(recording, length, array.on_area)
         at = "live"
@@ -106,6 +110,20 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         "length": length,
         "tip": None if tip is None else (tip.radius, tip.shape),
     }
+
+
+def check_held(relaxation: Relaxation, array: SensorArray) -> None:
+    """Raise where a relaxation does not go with the sensors.
+
+    Raises
+    ------
+    GeometryError, InvalidValueError
+        Shares of another number of sensors; a doubt of sensors on an area.
+    """
+    relaxation.of_sensors(len(array))
+    if array.on_area and np.any(relaxation.doubt):
+        rule = "only the search on a row weighs each frame by noise of its own"
+        raise InvalidValueError("doubt of sensors on an area", rule, "leave out doubt")
 
 
 def _origin(told: _schema.CalibrationTable, on_area: bool) -> Any:

@@ -90,14 +90,15 @@ class Recorded:
         if self.recording is not None:
             stages["units"] = partial(np.multiply, self.recording.scale)
         if self.relaxation is not None:
-            stages["relaxation"] = self.relaxation.undo
+            doubted = np.any(self.relaxation.doubt)
+            stages["relaxation"] = self.relaxation.undoing if doubted else self.relaxation.undo
         fastest = self.drift if drift is None else drift
         finger = self._ranged(*self.limits)
         stages["tare"] = Tare(finger, drift=fastest, noise=self.stirring, differences=self.differences)
         return Pipeline(stages if answer is None else {**stages, "found": answer})
 
     def tare(self, recording: Given, time: npt.ArrayLike | None = None, *, drift: npt.ArrayLike | None = None) -> Tared:
-        """A raw recording as given to `run`, without its drift: its `readings` are what `locate` takes."""
+        """A raw recording as given to `run`, without its drift: `locate` takes its `readings` and its `doubt`."""
         tared: Tared = self.pipeline(drift=drift)(*self._raw(recording, time))["tare"]
         return tared
 
@@ -107,6 +108,8 @@ class Recorded:
 
     def segment(self, recording: Table | Path, **changes: float) -> Presses:
         """The presses of a raw recording, as [recording] describes it; `subskin.stream.segment` finds them.
+
+        Relaxation is undone where the file has [relaxation]: what is calibrated on presses reads a stream as it does.
 
         Parameters
         ----------
@@ -130,12 +133,25 @@ class Recorded:
             raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
         if not len(table):
             raise FileError(f"{table.name} has no rows below its header", "a recording needs frames", "record again")
-        readings, time = self.frames(table)
+        values, time = self.in_range(table)
+        if self.relaxation is not None:
+            values = self.relaxation.undo(values, time)
         tracks: dict[str, Any] = {key: _track(table, columns, key) for key, columns in how.tracks.items()}
         options: dict[str, Any] = {key: getattr(how, key) for key in ("early", "before", "hold")} | dict(changes)
-        values = readings * how.scale
+        return segment(values, time, **tracks, **options)
+
+    def in_range(self, table: Table) -> tuple[FloatArray, FloatArray]:
+        """`frames` in SI, NaN where a reading is out of range [reading], [s].
+
+        Raises
+        ------
+        FileError
+            As `frames`.
+        """
+        readings, time = self.frames(table)
+        values = readings * (1.0 if self.recording is None else self.recording.scale)
         inside = self._ranged(*self.limits).array.inside(values)
-        return segment(np.where(inside, values, np.nan), time, **tracks, **options)
+        return np.where(inside, values, np.nan), time
 
     def _ranged(self, low: npt.ArrayLike, high: npt.ArrayLike) -> Finger:
         array = self.finger.array

@@ -234,8 +234,9 @@ class LiveTable(StrictTable):
 class RelaxationTable(StrictTable):
     """[relaxation]: what touches that are held lose, and how fast, as `fit_relaxation` finds it."""
 
-    share: list[Number]
+    share: list[Number | list[Number]]
     time: list[Time]
+    doubt: Number | list[Number] = 0.0
 
 
 class TareTable(StrictTable):

@@ -15,7 +15,7 @@ from ._sensors import IN_READINGS, in_readings
 from ._skin import is_written, numbers
 from .units import format_quantity, rounded
 
-__all__ = ["edited", "per_sensor"]
+__all__ = ["edited", "per_sensor", "with_table"]
 
 _PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "lift": "", "noise": ""}
 _SAME = 1e-9
@@ -81,6 +81,25 @@ def edited(
     if not text.endswith("\n\n"):
         document.add(tomlkit.nl())
     document.add("calibration", table)
+    return tomlkit.dumps(document)
+
+
+def with_table(text: str, name: str, values: Mapping[str, Any]) -> str:
+    """`text` with the table `name` as `values` say; one that was there goes, the new one comes before [calibration]."""
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    document.pop(name, None)
+    table = tomlkit.table()
+    for key, value in values.items():
+        table.add(key, value)
+    last = document.pop("calibration", None)
+    if not tomlkit.dumps(document).endswith("\n\n"):
+        document.add(tomlkit.nl())
+    document.add(name, table)
+    if last is not None:
+        document.add(tomlkit.nl())
+        document.add("calibration", last)
     return tomlkit.dumps(document)
 
 

@@ -1,6 +1,6 @@
 from .pipeline import Pipeline
 from .presses import Column, Presses, RecordingFormat, segment
-from .relaxation import Relaxation, RelaxationState, Relaxing
+from .relaxation import Relaxation, RelaxationState, Relaxing, Undoing, Undone
 from .relaxation_fit import RelaxationFit, fit_relaxation
 from .stage import Stage
 from .tare import Tare, Tared, TareState
@@ -18,6 +18,8 @@ __all__ = [
     "Tare",
     "TareState",
     "Tared",
+    "Undoing",
+    "Undone",
     "fit_relaxation",
     "segment",
 ]

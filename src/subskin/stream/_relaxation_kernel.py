@@ -14,20 +14,24 @@ REST, TIME, ELASTIC, MEMORY = range(4)
 
 
 @compiled(exact=True)
-def relax(readings, time, share, constants, backwards, rows, out):
+def relax(readings, time, share, constants, backwards, rows, out, taken):
     """Fill `out` (m, n) with what relaxes, or backwards with what an elastic skin would have read.
 
     readings (m, n); time (m,); share (k, n); constants (k,) [s]; rows (3 + k, n): the state, changed in place. Between
     two readings of a sensor the elastic one is taken to change linearly: the memory h of a term obeys h' = u' - h/tau.
     A reading that is not finite gives NaN, and the next one goes on from the last good one. The first good reading of a
-    sensor whose rest is not known is its rest.
+    sensor whose rest is not known is its rest. taken (m, n), or (0, n) where nobody asks: the sum over the terms of how
+    much each makes of the reading, |share (u - h)|; 0 where there is no reading.
     """
     frames, n = readings.shape
     terms = constants.size
     decay, gain = np.empty(terms), np.empty(terms)
     before = math.nan
+    asked = taken.shape[0] > 0
     for k in range(frames):
         for i in range(n):
+            if asked:
+                taken[k, i] = 0.0
             if not math.isfinite(readings[k, i]):
                 out[k, i] = math.nan
                 continue
@@ -58,3 +62,6 @@ def relax(readings, time, share, constants, backwards, rows, out):
                 rows[MEMORY + j, i] = decay[j] * rows[MEMORY + j, i] + gain[j] * change
             rows[ELASTIC, i], rows[TIME, i] = elastic, time[k]
             out[k, i] = rows[REST, i] + (elastic if backwards else kept * elastic + held)
+            if asked:
+                for j in range(terms):
+                    taken[k, i] += abs(share[j, i] * (elastic - rows[MEMORY + j, i]))

@@ -38,18 +38,22 @@ def _median(a, b, c):
 
 
 @compiled(exact=True)
-def follow(readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, given, offset, free, frozen):
+def follow(
+    readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, given, offset, free, frozen, doubt
+):
     """Follow the offsets over the frames from `begin`; returns (next frame, oldest frame of the window, question).
 
     readings, given, offset, frozen (m, n), free (m,); smooth (w + m, n) and time (w + m,) begin with a window of w
     frames that were seen before. sensors (7, n); options: guard, settle and patience [s]; limits (n + 1,): chi-square
     that noise exceeds so rarely, by number of sensors. rows (10, n) and numbers (4,) are the state and change in place.
-    `given` are the readings as if the offsets were the finger's own. It returns with question 1 after a frame at which
+    `given` are the readings as if the offsets were the finger's own. doubt (m, n), or (0, n) where there is none: how
+    surely an offset is known is added to it, as variances are. It returns with question 1 after a frame at which
     a touch has lasted for `patience` since it began or was last asked about.
     """
     frames, n = readings.shape
     window = time.size - frames
     guard, settle, patience = options[0], options[1], options[2]
+    doubted = doubt.shape[0] > 0
     for k in range(begin, frames):
         t = time[window + k]
         if numbers[CLOCK] != numbers[CLOCK]:  # the first frame, perhaps of a touch that began before a break
@@ -122,6 +126,8 @@ def follow(readings, time, begin, head, sensors, options, limits, rows, numbers,
         free[k] = numbers[FREE] > 0
         for i in range(n):
             known = rows[SPREAD, i] < math.inf
+            if doubted and known:
+                doubt[k, i] = math.sqrt(doubt[k, i] ** 2 + rows[SPREAD, i] ** 2)
             offset[k, i] = rows[OFFSET, i] if known else math.nan
             if sensors[ALIVE, i] <= 0:
                 given[k, i] = readings[k, i]

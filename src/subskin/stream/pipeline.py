@@ -22,6 +22,9 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
     `subskin.io.FingerFile.pipeline` makes one from a finger file. A pipeline is a stage itself: `step` goes on with a
     stream, a call takes a whole recording. Both give what came out of each stage, by its name.
 
+    Where a stage gives each reading a doubt, as `Undoing` does, what follows takes it as `doubt` if its `takes_doubt`
+    says so, as of `Tare` and of a `Locator` of a row; other answers get the readings alone.
+
     Parameters
     ----------
     stages : mapping of str to Stage or callable
@@ -76,12 +79,17 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
         left: dict[str, Any] = {}
         out: dict[str, Any] = {}
         given: Any = readings
+        doubt: Any = None
         for name, stage in self.stages.items():
+            more = {"doubt": doubt} if doubt is not None and getattr(stage, "takes_doubt", False) else {}
             if isinstance(stage, Stage):
-                left[name], out[name] = stage.step(None if state is None else state[name], given, time)
+                left[name], out[name] = stage.step(None if state is None else state[name], given, time, **more)
             else:
-                left[name], out[name] = None, stage(given)
-            given = getattr(out[name], "readings", out[name])
+                left[name], out[name] = None, stage(given, **more)
+            made = given = out[name]
+            left_over = getattr(made, "readings", None)
+            if left_over is not None:
+                given, doubt = left_over, getattr(made, "doubt", doubt)
         return left, out
 
     def prepare(self) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +13,9 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError
-from .stage import Stage, in_order
+from .stage import Stage, in_order, join
 
-__all__ = ["Relaxation", "RelaxationState", "Relaxing"]
+__all__ = ["Relaxation", "RelaxationState", "Relaxing", "Undoing", "Undone"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,8 @@ class Relaxation(Frozen):
     rest : array_like, shape () or (n,), optional
         Readings of the untouched skin: a finger's offsets. The first reading of each sensor if left out. An offset that
         is wrong by d ends as d / (1 - sum of share): take drift off afterwards, not before (docs/robust.md).
+    doubt : array_like, shape () or (n,), optional
+        How far what the terms take of a reading may be wrong [-]: its standard deviation over its size.
 
     Raises
     ------
@@ -66,6 +70,7 @@ class Relaxation(Frozen):
     share: npt.ArrayLike
     time: npt.ArrayLike
     rest: npt.ArrayLike | None = None
+    doubt: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         time = np.atleast_1d(_check.real("time", self.time, unit="s", above=0.0))
@@ -81,6 +86,7 @@ class Relaxation(Frozen):
         object.__setattr__(self, "share", share)
         if self.rest is not None:
             object.__setattr__(self, "rest", _check.real("rest", self.rest))
+        object.__setattr__(self, "doubt", _check.real("doubt", self.doubt, at_least=0.0))
 
     @property
     def apply(self) -> Relaxing:
@@ -91,6 +97,33 @@ class Relaxation(Frozen):
     def undo(self) -> Relaxing:
         """The stage that makes of the readings those of an elastic skin: of a touch that is held, constant ones."""
         return Relaxing(self, backwards=True)
+
+    @property
+    def undoing(self) -> Undoing:
+        """The stage that does what `undo` does, and says how far each reading is in doubt."""
+        return Undoing(self)
+
+    def of_sensors(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Shares (k, n) and doubts (n,) of so many sensors.
+
+        Parameters
+        ----------
+        count : int
+            How many sensors there are.
+
+        Raises
+        ------
+        GeometryError
+            Another number of them, or of readings at rest.
+        """
+        share = np.asarray(self.share)
+        wide = share[:, None] if share.ndim == 1 else share
+        given = (("share", wide.shape[1]), ("rest", np.asarray(self.rest).size), ("doubt", np.asarray(self.doubt).size))
+        for name, size in given:
+            if size not in (1, count):
+                rule, fix = f"there are {count} sensors", "one value, or one for each sensor"
+                raise GeometryError(f"{name} of {size} sensors", rule, fix)
+        return np.broadcast_to(wide, (len(wide), count)), np.broadcast_to(np.asarray(self.doubt), count)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,36 +148,8 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[RelaxationState, FloatArray]:
         """Take the next frames of a stream; as `Stage.step`."""
-        from ._relaxation_kernel import relax  # here, so that whoever relaxes nothing need not load a compiler
-
-        data, clock = in_order(readings, time, np.nan if state is None else state.time)
-        n = data.shape[-1]
-        share, constants = np.asarray(self.relaxation.share), np.asarray(self.relaxation.time)
-        wide, rest = share[:, None] if share.ndim == 1 else share, self.relaxation.rest
-        for name, size in (("share", wide.shape[1]), ("rest", np.asarray(rest).size)):
-            if size not in (1, n):
-                raise GeometryError(
-                    f"{name} of {size} sensors", f"the readings have {n}", "one value, or one for each sensor"
-                )
-        if state is None:
-            rows = np.full((3 + constants.size, n), np.nan)
-            rows[0] = np.nan if rest is None else rest
-        else:
-            rows = state.rows.copy()
-        if rows.shape != (3 + constants.size, n):
-            raise GeometryError(
-                f"a state of shape {rows.shape}",
-                f"({3 + constants.size}, {n}) is needed",
-                "a state of this stage, or None to start",
-            )
-        out = np.empty(data.shape)
-        # views that are alike in memory, however the arrays came: the loop is compiled once
-        given = (data.reshape(-1, n), clock.reshape(-1), np.broadcast_to(wide, (constants.size, n)), constants[:])
-        alike = _check.each_read_only(*map(np.ascontiguousarray, given))
-        relax(*alike, self.backwards, rows, out.reshape(-1, n))
-        rows.flags.writeable = out.flags.writeable = False
-        last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
-        return RelaxationState(rows, last), out
+        left, out, _ = _relaxed(self.relaxation, self.backwards, state, readings, time)
+        return left, out
 
     def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
         """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
@@ -156,3 +161,106 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         rows[REST] = state.rows[REST]
         rows.flags.writeable = False
         return RelaxationState(rows, np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class Undone(Frozen):
+    """Readings with their relaxation taken off, and how far that may be wrong.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (m, n)
+        As an elastic skin would have read them [reading].
+    doubt : ndarray, shape (m, n)
+        Standard deviation of each, from what rubber forgets otherwise than the series says [reading].
+    """
+
+    readings: FloatArray
+    doubt: FloatArray
+
+    @classmethod
+    def join(cls, parts: Sequence[Self]) -> Self:
+        """Successive `parts` of one stream as one."""
+        return cls(*(join([getattr(part, name) for part in parts]) for name in ("readings", "doubt")))
+
+
+@dataclass(frozen=True, eq=False)
+class Undoing(Stage[RelaxationState, Undone]):
+    """Relaxation taken off a stream, with a doubt of each reading: `Relaxation.undoing`.
+
+    A reading's doubt is the series' `doubt` times what the terms make of it, sum of |share (u - h)|: h is what a term
+    remembers. So it grows while a touch is held, is largest against the reading when the touch has gone, and fades with
+    the slowest term.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+        How much, how fast, and how surely.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rubber = Relaxation(share=[0.1], time=[2.0], doubt=0.3)
+    >>> t = np.arange(0.0, 20.0, 0.1)
+    >>> touch = np.where((t > 1.0) & (t < 11.0), 5.0, 0.0)[:, None]
+    >>> out = rubber.undoing(rubber.apply(touch, t), t)
+    >>> out.doubt[[5, 105, 112, -1], 0].round(2).tolist()  # before, held, after, long after
+    [0.0, 0.15, 0.13, 0.0]
+    """
+
+    relaxation: Relaxation
+
+    def step(
+        self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
+    ) -> tuple[RelaxationState, Undone]:
+        """Take the next frames of a stream; as `Stage.step`."""
+        left, out, taken = _relaxed(self.relaxation, True, state, readings, time, asked=True)
+        doubt = taken * self.relaxation.of_sensors(out.shape[-1])[1]
+        doubt.flags.writeable = False
+        return left, Undone(out, doubt)
+
+    def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
+        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`.
+
+        Parameters
+        ----------
+        state : RelaxationState or None
+            What was left of the stream before.
+        """
+        return self.relaxation.undo.resumed(state)
+
+
+def _relaxed(
+    relaxation: Relaxation,
+    backwards: bool,
+    state: RelaxationState | None,
+    readings: npt.ArrayLike,
+    time: npt.ArrayLike | None,
+    asked: bool = False,
+) -> tuple[RelaxationState, FloatArray, FloatArray]:
+    """The next state, the readings, and where it is `asked` what the terms make of them, of the same shape."""
+    from ._relaxation_kernel import relax  # here, so that whoever relaxes nothing need not load a compiler
+
+    data, clock = in_order(readings, time, np.nan if state is None else state.time)
+    n = data.shape[-1]
+    constants, rest = np.asarray(relaxation.time), relaxation.rest
+    share, _ = relaxation.of_sensors(n)
+    if state is None:
+        rows = np.full((3 + constants.size, n), np.nan)
+        rows[0] = np.nan if rest is None else rest
+    else:
+        rows = state.rows.copy()
+    if rows.shape != (3 + constants.size, n):
+        raise GeometryError(
+            f"a state of shape {rows.shape}",
+            f"({3 + constants.size}, {n}) is needed",
+            "a state of this stage, or None to start",
+        )
+    out, taken = np.empty(data.shape), np.empty(data.shape if asked else (0, n))
+    # views that are alike in memory, however the arrays came: the loop is compiled once
+    given = (data.reshape(-1, n), clock.reshape(-1), share, constants[:])
+    alike = _check.each_read_only(*map(np.ascontiguousarray, given))
+    relax(*alike, backwards, rows, out.reshape(-1, n), taken.reshape(-1, n))
+    rows.flags.writeable = out.flags.writeable = False
+    last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
+    return RelaxationState(rows, last), out, taken

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,11 @@ class RelaxationFit(Frozen):
     before, after : ndarray, shape (n,)
         By how much a held reading changes, rms about its mean, in units of each sensor's noise: as read, and with the
         common kernel undone. 1 is what noise leaves.
+    own : Relaxation
+        A series with each sensor's own shares, in the same ratio for all its terms, and time constants fitted with
+        them; for a sensor that the touches do not move the common shares. Its `doubt` is by how much what it takes of a
+        reading is wrong, over what it takes, rms over the sensors, the held stretches and, as much again, the free skin
+        after them: of rubber that is not linear, and of shares that differ from touch to touch.
     """
 
     relaxation: Relaxation
@@ -49,19 +54,13 @@ class RelaxationFit(Frozen):
     scale_std: FloatArray
     before: FloatArray
     after: FloatArray
+    own: Relaxation
 
     @property
     def common(self) -> bool:
         """Whether one kernel serves all sensors: each one's `scale` is within 10 %, or 4 standard errors, of 1."""
         told = np.isfinite(self.scale)
         return bool((np.abs(self.scale - 1)[told] <= np.maximum(_SAME, _SIGMA * self.scale_std[told])).all())
-
-    @property
-    def own(self) -> Relaxation:
-        """The same time constants, with each sensor's own shares; the common ones where its own are not known."""
-        share = np.asarray(self.relaxation.share)[:, None]
-        scale = np.where(np.isfinite(self.scale), self.scale, 1.0)
-        return replace(self.relaxation, share=share * np.clip(scale, 0.0, 0.99 / share.sum()))
 
 
 def fit_relaxation(
@@ -71,6 +70,7 @@ def fit_relaxation(
     *,
     terms: int = 2,
     rest: npt.ArrayLike | None = None,
+    free: npt.ArrayLike | None = None,
 ) -> RelaxationFit:
     """Fit a Prony series to a recording in which touches are held.
 
@@ -91,6 +91,10 @@ def fit_relaxation(
         Terms of the series.
     rest : array_like, optional
         As in `Relaxation`.
+    free : array_like, shape (k, 4), optional
+        Of each touch the first and last time of a stretch of free skin before it, and of one soon after it [s]. Both
+        should read the same once the series is undone: how far they do not tells `own.doubt`. Without it the held
+        stretches alone do, which say little of what a skin has not given back.
 
     Returns
     -------
@@ -132,7 +136,7 @@ def fit_relaxation(
         raise InvalidValueError(
             f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s", f"at least {_FEWEST} frames have to lie in it", "leave it out"
         )
-    return _Series(data, clock, first, stop, terms, rest).result()
+    return _Series(data, clock, first, stop, terms, rest, _frames_of(clock, free)).result()
 
 
 class _Series:
@@ -146,7 +150,9 @@ class _Series:
         stop: npt.NDArray[np.intp],
         terms: int,
         rest: npt.ArrayLike | None,
+        free: npt.NDArray[np.intp],
     ) -> None:
+        self.free = free
         self.frames, self.clock, self.terms = frames, clock, terms
         at_rest = Relaxation(np.zeros(1), np.ones(1), rest).undo.step(None, frames, clock)[0].rows[0]
         self.rest = None if rest is None else at_rest
@@ -205,10 +211,51 @@ class _Series:
         scales = [self._scale(share, constants, i) for i in range(self.frames.shape[1])]
         scale, scale_std = (np.array(column) for column in zip(*scales, strict=True))
         before, after = (np.sqrt((self.left(s, constants) ** 2).mean(axis=0)) for s in (np.zeros(k), share))
-        return RelaxationFit(
-            Relaxation(share, constants, self.rest),
-            *(_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)),
-        )
+        for values in (share_std, time_std, scale, scale_std, before, after):
+            values.setflags(write=False)
+        own = self._own(p, scale, scale_std, (low, high))
+        common = Relaxation(share, constants, self.rest)
+        return RelaxationFit(common, share_std, time_std, scale, scale_std, before, after, own)
+
+    def _own(
+        self, p: FloatArray, scale: FloatArray, scale_std: FloatArray, ends: tuple[FloatArray, FloatArray]
+    ) -> Relaxation:
+        """The series of each sensor, from the common one `p` and how many times its shares each sensor loses."""
+        told = np.isfinite(scale)
+        known, free = np.where(told, scale, 1.0), told.copy()
+        if told.any():
+            free[np.nanargmin(scale_std)] = False  # only the product of the shares and of all scales is told
+
+        def series(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+            share, constants = self.kernel(x[: p.size])
+            known[free] = x[p.size :]
+            return share[:, None] * np.clip(known, 0.0, 0.99 / max(float(share.sum()), 1e-300)), constants
+
+        x, more = np.concatenate([p, known[free]]), int(free.sum())
+        if more:
+            low, high = np.append(ends[0], np.zeros(more)), np.append(ends[1], np.full(more, np.inf))
+            x = _least(lambda x: self.left(*series(x)), np.clip(x, low, high), (low, high)).x
+        share, constants = series(x)
+        return Relaxation(share, constants, self.rest, self._doubt(share, constants, told))
+
+    def _doubt(self, share: FloatArray, constants: FloatArray, told: npt.NDArray[np.bool_]) -> float:
+        """What is wrong with the readings undone, over what was taken off them, rms over the sensors `told`."""
+        left = self.left(share, constants)
+        taken = left - self.left(np.zeros_like(share), constants)
+        # of each stretch's frames one goes into their mean
+        noise = (np.isfinite(np.concatenate([self.frames[s] for s in self.spans])).sum(axis=0)) - len(self.spans)
+        squares = [_ratio2(np.maximum((left**2).sum(axis=0) - noise, 0.0), (taken**2).sum(axis=0), told)]
+        if len(self.free):
+            out = Relaxation(share, constants, self.rest, 1.0).undoing(self.frames, self.clock)
+            before, after = (_means(out.readings, *self.free[:, k : k + 2].T) for k in (0, 2))
+            size = _means(out.doubt, *self.free[:, 2:].T)
+            seen = np.isfinite(before + after + size)
+            wrong, size = (np.where(seen, v, 0.0) ** 2 for v in (after - before, size))
+            first, stop = self.free[:, ::2], self.free[:, 1::2]
+            frames = np.where(seen, (1.0 / (stop - first)).sum(axis=-1, keepdims=True), 0.0)
+            wrong = np.maximum(wrong.sum(axis=0) - frames.sum(axis=0) * self.noise**2, 0.0)
+            squares.append(_ratio2(wrong, size.sum(axis=0), told))
+        return float(np.sqrt(np.mean(squares)))
 
     def _scale(self, share: FloatArray, constants: FloatArray, sensor: int) -> tuple[float, float]:
         """How much more one sensor relaxes, and its standard error."""
@@ -223,6 +270,33 @@ class _Series:
             return np.nan, np.nan
         std = float(np.sqrt(2 * found.cost / max(found.fun.size - 1, 1) / information))
         return (float(found.x[0]), std) if std < 1.0 else (np.nan, np.nan)
+
+
+def _frames_of(clock: FloatArray, free: npt.ArrayLike | None) -> npt.NDArray[np.intp]:
+    """First and past-the-last frame of the stretches of free skin before and after each touch, (k, 4)."""
+    if free is None:
+        return np.zeros((0, 4), dtype=np.intp)
+    ends = _check.real("free", free, unit="s")
+    if ends.ndim != 2 or ends.shape[1] != 4:
+        rule, fix = "two stretches of each touch, (k, 4), are needed", "free=[(0.0, 0.9, 4.1, 4.5)]"
+        raise GeometryError(f"free of shape {ends.shape}", rule, fix)
+    each = [np.searchsorted(clock, ends[:, k], side="right" if k % 2 else "left") for k in range(4)]
+    empty = np.flatnonzero((each[1] <= each[0]) | (each[3] <= each[2]))
+    if empty.size:
+        seen = f"free[{empty[0]}] = {ends[empty[0]].tolist()} s"
+        raise InvalidValueError(seen, "a frame has to lie in each stretch", "leave it out")
+    return np.stack(each, axis=-1)
+
+
+def _means(values: FloatArray, first: npt.NDArray[np.intp], stop: npt.NDArray[np.intp]) -> FloatArray:
+    """Mean of each sensor over some stretches of frames, (k, n); NaN where one is missing."""
+    return np.array([values[a:b].mean(axis=0) for a, b in zip(first, stop, strict=True)])
+
+
+def _ratio2(wrong: FloatArray, size: FloatArray, told: npt.NDArray[np.bool_]) -> float:
+    """Mean over the sensors `told` of wrong / size, both squares (n,)."""
+    told = told & (size > 0)
+    return float((wrong[told] / size[told]).mean()) if told.any() else 0.0
 
 
 def _least(left: Callable[[FloatArray], FloatArray], start: FloatArray, ends: tuple[FloatArray, FloatArray]) -> Any:

@@ -42,6 +42,9 @@ class Stage(Frozen, ABC, Generic[State, Out]):
     [1.0, 3.0, 3.0]
     """
 
+    takes_doubt = False
+    """Whether `step` takes, as `doubt`, how far each reading is in doubt where a stage before says it; as `Undone`."""
+
     @abstractmethod
     def step(self, state: State | None, readings: npt.ArrayLike, time: npt.ArrayLike | None) -> tuple[State, Out]:
         """Take the next frames of a stream.

@@ -84,6 +84,9 @@ class Tared(Frozen):
         The offsets that the readings are given back with, and the finger's noise [reading].
     differences : bool
         The readings are differences from the free skin: `own` is 0.
+    doubt : ndarray, shape (m, n), or None
+        How far each reading is in doubt, by what a stage before says and by its offset [reading]; None where no stage
+        before says it.
     """
 
     readings: FloatArray
@@ -93,6 +96,7 @@ class Tared(Frozen):
     own: FloatArray
     noise: FloatArray
     differences: bool = False
+    doubt: FloatArray | None = None
 
     def __repr__(self) -> str:
         free, frozen = int(np.sum(self.free)), int(np.atleast_2d(self.frozen).any(axis=0).sum())
@@ -103,7 +107,7 @@ class Tared(Frozen):
     @classmethod
     def join(cls, parts: Sequence[Tared]) -> Tared:
         """Successive `parts` of one stream as one."""
-        frames = ("readings", "offset", "free", "frozen")
+        frames = ("readings", "offset", "free", "frozen") + ("doubt",) * (parts[0].doubt is not None)
         return replace(parts[0], **{name: join([getattr(part, name) for part in parts]) for name in frames})
 
     @property
@@ -218,17 +222,32 @@ class Tare(Stage[TareState, Tared]):
     @cached_property
     def _told(self) -> dict[str, Any]:
         """What `Tared` says of the sensors."""
-        return {"own": self._sensors[kernel.OWN], "noise": self.noise, "differences": self.differences}
+        told = {"own": self._sensors[kernel.OWN], "noise": self.noise, "differences": self.differences}
+        return {**told, "doubt": None}
+
+    @cached_property
+    def _none(self) -> FloatArray:
+        """What the compiled loop is given where no reading is in doubt."""
+        return np.empty((0, len(self.finger.array)))
 
     @cached_property
     def _limits(self) -> FloatArray:
         """Chi-square that noise exceeds with the chance `false_alarm`, by the number of sensors from 0."""
         return np.array([np.inf, *chdtri(np.arange(1, len(self.finger.array) + 1), self.false_alarm)])
 
+    takes_doubt = True
+
     def step(
-        self, state: TareState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
+        self,
+        state: TareState | None,
+        readings: npt.ArrayLike,
+        time: npt.ArrayLike | None,
+        doubt: FloatArray | None = None,
     ) -> tuple[TareState, Tared]:
-        """Take the drift off the next frames of a stream; as `Stage.step`."""
+        """Take the drift off the next frames of a stream; as `Stage.step`.
+
+        To a `doubt` is added how surely each offset is known, as variances are.
+        """
         n = self._sensors.shape[1]
         before = self._beginning() if state is None else state
         if before.rows.shape[1] != n:
@@ -246,11 +265,12 @@ class Tare(Stage[TareState, Tared]):
         given, offset = np.empty((2, many, n))
         free: npt.NDArray[np.bool_] = np.empty(many, dtype=bool)
         frozen: npt.NDArray[np.bool_] = np.empty((many, n), dtype=bool)
+        more = self._none if doubt is None else np.array(doubt, dtype=np.float64).reshape(-1, n)
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(
                 frames, clocks, at, head, self._sensors, self._options, self._limits, rows, numbers,
-                smooth, given, offset, free, frozen,
+                smooth, given, offset, free, frozen, more,
             )  # fmt: skip
             if question:
                 self._held.ask(rows, frozen[at - 1])
@@ -261,6 +281,9 @@ class Tare(Stage[TareState, Tared]):
         for part in (given, offset, free, frozen, rows, numbers):
             part.setflags(write=False)
         out = {"readings": given, "offset": offset, "free": free, "frozen": frozen, **self._told}
+        if doubt is not None:
+            out["doubt"] = more.reshape(given.shape)
+            out["doubt"].setflags(write=False)
         return TareState.filled(left), Tared.filled(out)
 
     def prepare(self) -> None:
