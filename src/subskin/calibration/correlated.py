@@ -60,7 +60,7 @@ class Correlated(Frozen):
         if a.at.ndim == 2:
             far, near = (np.linalg.norm(part.at, axis=1) for part in (a, b))
             fall = 1.0 / ((1.0 + far[:, None] ** 2) * (1.0 + near**2))
-            square = ((a.at[:, None] - b.at) ** 2).sum(axis=-1)
+            square = _apart2(a.at, b.at)
             apart, through = (far[:, None] - near) ** 2, (far[:, None] + near) ** 2
             for length, own, shared in zip(LENGTHS, self.own, self.shared, strict=True):
                 if own:
@@ -71,8 +71,7 @@ class Correlated(Frozen):
             position, depth = self.tolerances[:2] ** 2
             out += same * (position * (a.slopes[:, :2] @ b.slopes[:, :2].T))
             if depth:
-                square = ((a.base[:, None] - b.base) ** 2).sum(axis=-1)
-                alike = _OWN * same + (1.0 - _OWN) * np.exp(-0.5 * square / _ALIKE**2)
+                alike = _OWN * same + (1.0 - _OWN) * np.exp(-0.5 * _apart2(a.base, b.base) / _ALIKE**2)
                 out += depth * alike * (a.slopes[:, 2, None] * b.slopes[:, 2])
             return np.asarray(out)
         square = (a.at[:, None] - b.at) ** 2
@@ -218,6 +217,11 @@ class _Search:
                 values = [value - _unusual(one, np.array(size)) for value, size, one in found]
                 variances = tried[int(np.argmax(values))]
         return likelihood, scale, np.sqrt(variances)
+
+
+def _apart2(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Squares of the distances of positions (k, 2) from others (m, 2), shape (k, m)."""
+    return np.asarray(np.subtract.outer(a[:, 0], b[:, 0]) ** 2 + np.subtract.outer(a[:, 1], b[:, 1]) ** 2)
 
 
 def _unusual(variances: FloatArray, scale: FloatArray) -> FloatArray:
