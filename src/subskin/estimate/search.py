@@ -196,14 +196,20 @@ class Locator(Framewise):
         if many:
             from .doubted import doubted_frames
 
-            fields = self._prepared.get(b"fields" + pattern.tobytes(), lambda: self._fields(pattern)[0])
+            def whole() -> FloatArray:
+                return self._fields(self._searched.select(pattern), 1 / np.asarray(self.array.noise)[pattern], pattern)[
+                    0
+                ]
+
+            fields = self._prepared.get(b"fields" + pattern.tobytes(), whole)
             part = np.empty((many, self._columns))
             doubted_frames(frames[rows], np.ascontiguousarray(doubt[rows]), *arrays, fields, part)
             out[rows] = part
 
-    def _fields(self, pattern: npt.NDArray[np.bool_]) -> tuple[FloatArray, Stretches]:
+    def _fields(
+        self, response: Response, scale: FloatArray, pattern: npt.NDArray[np.bool_]
+    ) -> tuple[FloatArray, Stretches]:
         """Readings under unit forces at the nodes of the scan, then beyond it, in units of the noise: (k, n, 2)."""
-        response, scale = self._searched.select(pattern), 1 / np.asarray(self.array.noise)[pattern]
         fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
         far = stretches(self._beyond, pattern, scale, self.friction)
         return np.concatenate([fields * scale[:, None], far.fields]), far
@@ -215,7 +221,7 @@ class Locator(Framewise):
         array, response = self.array.select(pattern), self._searched.select(pattern)
         scale = 1 / np.asarray(array.noise)
         n, size = scale.size, self._scan.size * self._squares.size
-        fields, far = self._fields(pattern)
+        fields, far = self._fields(response, scale, pattern)
         basis, edges, shapes = scan_geometry(fields, self.friction, _WHOLE)
         shapes = np.ascontiguousarray(shapes[:, : size if self.normal_force != (0.0, np.inf) else 0])
         wide = self.layout.wide
