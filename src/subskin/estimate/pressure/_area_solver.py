@@ -64,7 +64,7 @@ def _turn(level, work, count, gone, along, crossed, turned):
         crossed[1, k] += u
     for part in range(2):
         forward(lower, count, crossed[part])
-        _stay(away, gone, count, crossed[part])
+        stay(away, gone, count, crossed[part])
     for k in range(count):
         turned[2] -= crossed[0, k] * crossed[0, k]
         turned[3] -= crossed[0, k] * crossed[1, k]
@@ -130,7 +130,7 @@ def _heights(level, t, w, b, on, work):
 
 
 @compiled(borrows=True)
-def _stay(away, gone, count, z):
+def stay(away, gone, count, z):
     """Take out of z = L^T x the orthonormal directions `away`, so that x stays in as many elements."""
     for m in range(gone):
         q, s = away[m], 0.0
@@ -161,7 +161,7 @@ def _leave(on, count, work):
             for m in range(k, i):
                 s += lower[i, m] * q[m]
             q[i] = -s * lower[i, i]
-        _stay(away, gone, count, q)
+        stay(away, gone, count, q)
         size = 0.0
         for i in range(count):
             size += q[i] * q[i]
@@ -173,7 +173,7 @@ def _leave(on, count, work):
         return 0
     for k in range(count):
         z[k] = half[k]
-    _stay(away, gone, count, z)
+    stay(away, gone, count, z)
     backward(lower, count, z)
     for k in range(count):
         if not on[index[k]]:
@@ -198,9 +198,9 @@ def _follow(level, t, new, on, count, crossed, work):
 
 @compiled()
 def together(level, t, most, w, b, on, near, enough, work, scratch):
-    """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
+    """The p >= 0 and the drag of least J, sought together from guesses: how many elements the factor has, -1 for none.
 
-    And the largest slope at x = 0 of these.
+    And the largest slope at x = 0 of these, and in how many directions of `work` x stays: those at 0 among them.
 
     t (2,) and `on` are put right; scratch: what `_turn` leaves. enough: a step of the tangent after which elements have
     said enough that are coarse; 0 where they are not.
@@ -237,8 +237,8 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
         wrong = 0
         for j in range(on.size):
             wrong += x[j] < 0.0 if on[j] else slope[j] < -tolerance
-        if (wrong == 0 and gone == 0 and not moves and asked == leans) or (wrong <= 2 and step < enough):
-            return count, reach
+        if (wrong == 0 and not moves and asked == leans) or (wrong <= 2 and step < enough):
+            return count, reach, gone
         for j in range(on.size):
             if on[j]:
                 on[j] = x[j] >= 0.0
@@ -247,7 +247,7 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
         if moves and not follows:
             t[:] = new
             on_area.lean(level, t, work)
-    return -1, 0.0
+    return -1, 0.0, 0
 
 
 @compiled()
