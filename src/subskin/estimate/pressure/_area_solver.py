@@ -26,6 +26,10 @@ _FEW = 2.0
 Among more the drag waits for the second round on fine elements: in the first too many are wrong.
 """
 
+_MANY = 64
+"""Readings from which products in single precision save time; these do on coarse elements, and until a fine drag moves.
+"""
+
 
 @compiled()
 def _turn(level, work, count, gone, along, crossed, turned):
@@ -104,10 +108,10 @@ def _next(t, turned, most, new):
 
 
 @compiled()
-def _heights(level, t, w, b, on, work):
+def _heights(level, t, w, exact, b, on, work):
     """The heights that are `on`, into z: how many, -1 where they are not determined, and their largest slope at x = 0.
 
-    Leaves in the scratch z times L^T.
+    Leaves in the scratch z times L^T. exact: as in `_on_area.hessian`.
     """
     lower, index, z, half, columns, order = work[4], work[5], work[6], work[7], work[9], work[12]
     count, reach = 0, 0.0
@@ -115,7 +119,7 @@ def _heights(level, t, w, b, on, work):
         if on[j]:
             index[count] = j
             count += 1
-    if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
+    if not on_area.hessian(level, t, w, exact, work, count) or not factored(lower, count):
         return -1, reach
     for k in range(count):
         column, s = columns[order[index[k]]], -level[6][index[k]]
@@ -207,18 +211,23 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
     """
     x, slope, index, z = work[1], work[2], work[5], work[6]
     along, crossed, turned, new = scratch
-    leans = level[0].shape[0] > 1
+    leans, rough = level[0].shape[0] > 1, enough > 0.0
+    exact = b.size < _MANY or not (leans or rough)
     on_area.lean(level, t, work)
     for search in range(_ROUNDS):
-        count, reach = _heights(level, t, w, b, on, work)
+        count, reach = _heights(level, t, w, exact, b, on, work)
         if count < 0:
-            break
+            if exact or on_area.crowded(work):
+                break
+            exact = True
+            on_area.unmultiplied(work)
+            continue
         gone, tolerance = _leave(on, count, work), TOLERANCE * reach
         x[:] = 0.0
         for k in range(count):
             x[index[k]] = z[k]
         on_area.residual(b, work)
-        asked = leans and (enough > 0.0 or search > 0 or count * count < _FEW * on.size)
+        asked = leans and (rough or search > 0 or count * count < _FEW * on.size)
         moves, step = False, math.inf
         if asked:
             _turn(level, work, count, gone, along, crossed, turned)
@@ -237,7 +246,8 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
         wrong = 0
         for j in range(on.size):
             wrong += x[j] < 0.0 if on[j] else slope[j] < -tolerance
-        if (wrong == 0 and not moves and asked == leans) or (wrong <= 2 and step < enough):
+        done = wrong == 0 and not moves and asked == leans
+        if (done and (exact or rough)) or (wrong <= 2 and step < enough):
             return count, reach, gone
         for j in range(on.size):
             if on[j]:
@@ -247,6 +257,9 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
         if moves and not follows:
             t[:] = new
             on_area.lean(level, t, work)
+        if (moves or done) and not (exact or rough):
+            exact = True
+            on_area.unmultiplied(work)
     return -1, 0.0, 0
 
 
