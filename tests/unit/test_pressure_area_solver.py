@@ -72,7 +72,7 @@ class Searched:
         self.square = self.on.copy()
         _on_area.forget(self.work)
         _on_area.lean(self.level, DRAG, self.work)
-        self.count, self.reach = solver._heights(self.level, DRAG, WEIGHT, True, self.b, self.on, self.work)
+        self.count, self.reach = solver._heights(self.level, WEIGHT, True, self.b, self.on, self.work)
         self.first = self.work[6][: self.count].copy()
         self.gone = solver._leave(self.on, self.count, self.work)
 
@@ -126,7 +126,7 @@ def test_products_in_single_precision(searched):
     expected = columns @ columns.T + WEIGHT * searched.form[np.ix_(searched.square, searched.square)]
     for exact, off in ((False, 1e-5), (True, 1e-13)):
         _on_area.unmultiplied(work)
-        assert _on_area.hessian(level, DRAG, WEIGHT, exact, work, count)
+        assert _on_area.hessian(level, WEIGHT, exact, work, count)
         found = np.abs(np.tril(work[4][:count, :count]) - np.tril(expected)).max() / expected.max()
         assert 0.0 < found < off
     for part, kept in zip(work, room, strict=True):

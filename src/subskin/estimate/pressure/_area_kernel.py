@@ -74,7 +74,7 @@ def _as_at(drag, t, b, work, out):
         if x[j] > 0.0:
             row = rows[j]
             for i in range(b.size):
-                out[i] += x[j] * (by_y * own[1, row, i] + by_z * own[2, row, i])
+                out[i] += x[j] * (by_y * own[0, row, i] + by_z * own[1, row, i])
 
 
 @compiled()

@@ -43,29 +43,40 @@ def _turn(level, work, count, gone, along, crossed, turned):
     n = r.size
     along[:] = 0.0
     turned[:] = 0.0
-    for k in range(count):
-        j = index[k]
-        row, one, s, u = rows[j], x[j], 0.0, 0.0
+    last = count - 1
+    for k in range(0, count, 2):  # two elements at once: what they share is fetched half as often
+        h = min(k + 1, last)
+        one, two = x[index[k]], x[index[h]] if h > k else 0.0
+        a, c, d, e = own[0, rows[index[k]]], own[1, rows[index[k]]], own[0, rows[index[h]]], own[1, rows[index[h]]]
+        s = u = v = z = 0.0
         for i in range(n):
-            a, c = own[1, row, i], own[2, row, i]
-            along[0, i] += one * a
-            along[1, i] += one * c
-            s += a * r[i]
-            u += c * r[i]
-        crossed[0, k], crossed[1, k] = s, u
+            along[0, i] += one * a[i] + two * d[i]
+            along[1, i] += one * c[i] + two * e[i]
+            s += a[i] * r[i]
+            u += c[i] * r[i]
+            v += d[i] * r[i]
+            z += e[i] * r[i]
+        crossed[0, k], crossed[1, k], crossed[0, h], crossed[1, h] = s, u, v, z
     for i in range(n):
         turned[0] += along[0, i] * r[i]
         turned[1] += along[1, i] * r[i]
         turned[2] += along[0, i] * along[0, i]
         turned[3] += along[0, i] * along[1, i]
         turned[4] += along[1, i] * along[1, i]
-    for k in range(count):
-        at, s, u = order[index[k]], 0.0, 0.0
+    for k in range(0, count, 2):
+        h = min(k + 1, last)
+        one, two = columns[order[index[k]]], columns[order[index[h]]]
+        s = u = v = z = 0.0
         for i in range(n):
-            s += columns[at, i] * along[0, i]
-            u += columns[at, i] * along[1, i]
+            s += one[i] * along[0, i]
+            u += one[i] * along[1, i]
+            v += two[i] * along[0, i]
+            z += two[i] * along[1, i]
         crossed[0, k] += s
         crossed[1, k] += u
+        if h > k:
+            crossed[0, h] += v
+            crossed[1, h] += z
     for part in range(2):
         forward(lower, count, crossed[part])
         stay(away, gone, count, crossed[part])
@@ -108,7 +119,7 @@ def _next(t, turned, most, new):
 
 
 @compiled()
-def _heights(level, t, w, exact, b, on, work):
+def _heights(level, w, exact, b, on, work):
     """The heights that are `on`, into z: how many, -1 where they are not determined, and their largest slope at x = 0.
 
     Leaves in the scratch z times L^T. exact: as in `_on_area.hessian`.
@@ -119,7 +130,7 @@ def _heights(level, t, w, exact, b, on, work):
         if on[j]:
             index[count] = j
             count += 1
-    if not on_area.hessian(level, t, w, exact, work, count) or not factored(lower, count):
+    if not on_area.hessian(level, w, exact, work, count) or not factored(lower, count):
         return -1, reach
     for k in range(count):
         column, s = columns[order[index[k]]], -level[6][index[k]]
@@ -197,7 +208,7 @@ def _follow(level, t, new, on, count, crossed, work):
             x[index[k]] += z[k]
     t[:] = new
     on_area.lean(level, t, work)
-    return on_area.gather(level, t, work, count, False)
+    return on_area.gather(level, work, count, False)
 
 
 @compiled()
@@ -215,7 +226,7 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
     exact = b.size < _MANY or not (leans or rough)
     on_area.lean(level, t, work)
     for search in range(_ROUNDS):
-        count, reach = _heights(level, t, w, exact, b, on, work)
+        count, reach = _heights(level, w, exact, b, on, work)
         if count < 0:
             if exact or on_area.crowded(work):
                 break

@@ -5,11 +5,11 @@ to a multiple of `AT_ONCE` sensors, and the length of a row (`hats.Hats.flat`); 
 elements (ny, nz, rim); cost (N,); the area of an element and the largest column.
 
 The work of an area: the line at the drag (L,); x, gradient (N,); residual (n,); factor (C, C); numbers and values of
-what is > 0 (N,) twice, and scratch (N,); columns of elements by part (1 or 3, C, n), at the drag (C, n), and their
-products (C, C); in which row of the first an element is (N + 1,), in which of the second (N + 2,), -1 for none, behind
-them how many rows are taken, and of the second how many are multiplied; and in single precision the line at the drag,
-the residual times the gains, and some columns times this; directions in which x stays (C, C), in which row of the
-second columns each of what is > 0 is (N,), and these columns in single precision (C, n).
+what is > 0 (N,) twice, and scratch (N,); readings of elements' drags in single precision (0 or 2, C, n), columns at the
+drag (C, n), and their products (C, C); in which row of the first an element is (N + 1,), in which of the second
+(N + 2,), -1 for none, behind them how many rows are taken, and of the second how many are multiplied; and in single
+precision the line at the drag, the residual times the gains, and some columns times this; directions in which x stays
+(C, C), in which row of the second columns each of what is > 0 is (N,), and these columns in single precision (C, n).
 """
 
 from __future__ import annotations
@@ -123,42 +123,35 @@ def multiply(columns, products, first, last):
 
 
 @compiled(borrows=True)
-def gather(level, t, work, count, every):
-    """The columns at the drag t of the elements in `index`, or of those whose x is not 0; False without room."""
+def gather(level, work, count, every):
+    """The columns at the line's drag of the elements in `index`, or of those whose x is not 0; False without room."""
     parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
-    x, index, own, columns, rows, order = work[1], work[5], work[8], work[9], work[11], work[12]
+    line, x, index, own, columns, rows, order = work[0], work[1], work[5], work[8], work[9], work[11], work[12]
+    n = columns.shape[1]
     for k in range(count):
         j = index[k]
         if order[j] >= 0 or (x[j] == 0.0 and not every):
             continue
+        first = j // nz * length + j % nz
         if rows[j] < 0:
             row = rows[rows.size - 1]
-            if row == own.shape[1]:
+            if row == len(columns):
                 return False
             rows[j], rows[rows.size - 1] = row, row + 1
-            first = j // nz * length + j % nz
-            if parts.shape[0] == 1:
-                for i in range(own.shape[2]):
-                    own[0, row, i] = gain[i] * parts[0, start[i] + first]
-            else:
-                for i in range(own.shape[2]):
+            if parts.shape[0] > 1:
+                for i in range(n):
                     at = start[i] + first
-                    own[0, row, i] = gain[i] * parts[0, at]
-                    own[1, row, i] = gain[i] * parts[1, at]
-                    own[2, row, i] = gain[i] * parts[2, at]
-        row, at = rows[j], order[order.size - 2]
+                    own[0, row, i] = gain[i] * parts[1, at]
+                    own[1, row, i] = gain[i] * parts[2, at]
+        at = order[order.size - 2]
         order[j], order[order.size - 2] = at, at + 1
-        if own.shape[0] == 1:
-            for i in range(own.shape[2]):
-                columns[at, i] = own[0, row, i]
-        else:
-            for i in range(own.shape[2]):
-                columns[at, i] = own[0, row, i] + t[0] * own[1, row, i] + t[1] * own[2, row, i]
+        for i in range(n):
+            columns[at, i] = gain[i] * line[start[i] + first]
     return True
 
 
 @compiled(borrows=True)
-def hessian(level, t, w, exact, work, count):
+def hessian(level, w, exact, work, count):
     """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room.
 
     exact: whether products that are not known yet are made in double precision.
@@ -170,7 +163,7 @@ def hessian(level, t, w, exact, work, count):
     if count > len(lower):
         work[11][work[11].size - 1] = len(lower)
         return False
-    if not gather(level, t, work, count, True):
+    if not gather(level, work, count, True):
         return False
     first, last = order[order.size - 1], order[order.size - 2]
     if exact:

@@ -303,8 +303,8 @@ def _work(level: Level, sensors: int, room: int) -> _Work:
     return (
         np.empty(level.parts.shape[1]), np.empty(total), np.empty(total), np.empty(sensors), np.empty((room, room)),
         np.empty(total, dtype=np.int64), np.empty(total), np.empty(total),
-        np.empty((len(level.parts), room, sensors)), np.empty((room, sensors)), np.empty((room, room)),
-        np.empty(total + 1, dtype=np.int64), np.empty(total + 2, dtype=np.int64),
+        np.empty((len(level.parts) - 1, room, sensors), dtype=np.float32), np.empty((room, sensors)),
+        np.empty((room, room)), np.empty(total + 1, dtype=np.int64), np.empty(total + 2, dtype=np.int64),
         np.empty(level.parts.shape[1], dtype=np.float32), np.empty(level.gain.size, dtype=np.float32),
         np.empty(LANES * REGISTERS, dtype=np.float32),
         np.empty((room, room)), np.empty(total, dtype=np.int64), np.empty((room, sensors), dtype=np.float32),
