@@ -30,7 +30,7 @@ def windows(line: _Single, start: npt.NDArray[np.int64], pull: _Single, at: int,
 @overload(windows)
 def _compiled_windows(line, start, pull, at, registers, out):  # type: ignore[no-untyped-def]
     def run(line, start, pull, at, registers, out):  # type: ignore[no-untyped-def]
-        _sums(line, start, pull, at, registers, out)
+        _sums(line, start, pull, at, registers, out)  # type: ignore[call-arg]
 
     return run
 
@@ -38,7 +38,7 @@ def _compiled_windows(line, start, pull, at, registers, out):  # type: ignore[no
 @intrinsic
 def _sums(typing: Any, line: Any, start: Any, pull: Any, at: Any, registers: Any, out: Any) -> Any:
     whole, short, register = ir.IntType(64), ir.IntType(32), ir.VectorType(ir.FloatType(), LANES)
-    zero, none = ir.Constant(whole, 0), ir.Constant(register, None)
+    zero, none, room = ir.Constant(whole, 0), ir.Constant(register, None), cgutils.alloca_once_value
 
     def register_at(builder: Any, numbers: Any, k: int) -> Any:
         return builder.bitcast(builder.gep(numbers, [ir.Constant(whole, k * LANES)]), register.as_pointer())
@@ -54,7 +54,7 @@ def _sums(typing: Any, line: Any, start: Any, pull: Any, at: Any, registers: Any
             cases.add_case(ir.Constant(whole, many), case)
             builder.position_at_end(case)
             # sums of every second sensor wait for each other half as often
-            totals = [[cgutils.alloca_once_value(builder, none) for _ in range(many)] for _ in range(AT_ONCE)]
+            totals = [[room(builder, none) for _ in range(many)] for _ in range(AT_ONCE)]  # type: ignore[no-untyped-call]
             with cgutils.for_range_slice(builder, zero, count, ir.Constant(whole, AT_ONCE), whole) as (index, _):
                 for apart, total in enumerate(totals):
                     sensor = builder.add(index, ir.Constant(whole, apart))
