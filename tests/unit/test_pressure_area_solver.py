@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import numba as nb
 import numpy as np
 import pytest
 
 import subskin as ss
-from subskin._compiled import compiled
 from subskin.estimate.pressure import _area_solver as solver
 from subskin.estimate.pressure import _on_area, area_mapper
 from subskin.estimate.pressure._solver import factored, forward
@@ -32,7 +32,7 @@ def test_factor(count):
         assert not factored(room, count)
 
 
-@compiled()
+@nb.njit  # nothing kept on disk, which would not see that what it calls has changed
 def sums(line, start, pull, at, registers, out):
     windows(line, start, pull, at, registers, out)
 
