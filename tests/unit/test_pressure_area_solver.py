@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import numba as nb
 import numpy as np
 import pytest
 
 import subskin as ss
 from subskin.estimate.pressure import _area_solver as solver
 from subskin.estimate.pressure import _on_area, area_mapper
-from subskin.estimate.pressure._solver import factored
+from subskin.estimate.pressure._solver import factored, forward
+from subskin.estimate.pressure._windows import windows
+from subskin.estimate.pressure.hats import AT_ONCE, LANES, REGISTERS
 
 WEIGHT, DRAG = 1e-7, np.array([0.2, -0.1])
 
@@ -27,6 +30,26 @@ def test_factor(count):
         room[:count, :count] = matrix
         room[k, k] = -1.0
         assert not factored(room, count)
+
+
+@nb.njit  # nothing kept on disk, which would not see that what it calls has changed
+def sums(line, start, pull, at, registers, out):
+    windows(line, start, pull, at, registers, out)
+
+
+@pytest.mark.parametrize("registers", range(1, REGISTERS + 1))
+def test_sums_of_windows(registers):
+    rng = np.random.default_rng(registers)
+    line, pull = rng.normal(size=300).astype(np.float32), rng.normal(size=6 * AT_ONCE).astype(np.float32)
+    start, out = rng.integers(0, 240, pull.size), np.full(REGISTERS * LANES + 1, 7.0, dtype=np.float32)
+    expected, many = out.copy(), registers * LANES
+    for share, first in zip(pull, start, strict=True):
+        expected[:many] += share * line[first + 11 : first + 11 + many]
+    expected[:many] -= 7.0
+    for how in (windows, sums):
+        found = out.copy()
+        how(line, start, pull, 11, registers, found)
+        np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
 class Searched:
@@ -49,7 +72,7 @@ class Searched:
         self.square = self.on.copy()
         _on_area.forget(self.work)
         _on_area.lean(self.level, DRAG, self.work)
-        self.count, self.reach = solver._heights(self.level, DRAG, WEIGHT, self.b, self.on, self.work)
+        self.count, self.reach = solver._heights(self.level, WEIGHT, True, self.b, self.on, self.work)
         self.first = self.work[6][: self.count].copy()
         self.gone = solver._leave(self.on, self.count, self.work)
 
@@ -81,6 +104,33 @@ def test_what_comes_out_below_zero_leaves(searched):
     np.testing.assert_array_equal(searched.on, searched.square & (expected >= 0))
     without = searched.heights(searched.on, DRAG)
     np.testing.assert_allclose(searched.work[6][: searched.count], without[searched.square], atol=1e-8 * without.max())
+
+
+def test_what_left_has_no_part_in_a_variance(searched):
+    """The factor of all, and the directions in which x stays, give the variances of those that are left."""
+    on, count = searched.on, searched.count
+    weights = np.random.default_rng(0).normal(size=on.size)
+    z = weights[searched.work[5][:count]]
+    forward(searched.work[4], count, z)
+    solver.stay(searched.work[16], searched.gone, count, z)
+    columns = (searched.parts[0] + DRAG[0] * searched.parts[1] + DRAG[1] * searched.parts[2])[on]
+    matrix = columns @ columns.T + WEIGHT * searched.form[np.ix_(on, on)]
+    assert z @ z == pytest.approx(weights[on] @ np.linalg.solve(matrix, weights[on]), rel=1e-8)
+
+
+def test_products_in_single_precision(searched):
+    """They are near, and those in double precision take their place."""
+    level, work, count = searched.level, searched.work, searched.count
+    room = [np.copy(part) for part in work]
+    columns = (searched.parts[0] + DRAG[0] * searched.parts[1] + DRAG[1] * searched.parts[2])[searched.square]
+    expected = columns @ columns.T + WEIGHT * searched.form[np.ix_(searched.square, searched.square)]
+    for exact, off in ((False, 1e-5), (True, 1e-13)):
+        _on_area.unmultiplied(work)
+        assert _on_area.hessian(level, WEIGHT, exact, work, count)
+        found = np.abs(np.tril(work[4][:count, :count]) - np.tril(expected)).max() / expected.max()
+        assert 0.0 < found < off
+    for part, kept in zip(work, room, strict=True):
+        part[...] = kept
 
 
 def test_heights_follow_the_drag(searched):

@@ -64,8 +64,9 @@ def test_more_elements_than_there_was_room_for(monkeypatch):
     assert (expected.pressure > 0).sum(axis=(1, 2)).max() <= len(work[1][9]) < 300
 
 
-def test_set_and_drag_together_end_where_they_do_in_turn():
-    finger = pad()
+@pytest.mark.parametrize("side", [6, 8])  # products in single precision at first: from 64 sensors
+def test_set_and_drag_together_end_where_they_do_in_turn(side):
+    finger = pad(side)
     touch = ss.RoundHertz(force=1.5, angle=0.3, azimuth=-1.0, position=(0.5e-3, 0.0), half_width=2e-3)
     mapper = ss.estimate.ImageMapper(finger)
     frame = finger.read(touch, np.random.default_rng(1))
@@ -73,7 +74,7 @@ def test_set_and_drag_together_end_where_they_do_in_turn():
     ready = mapper._arrays[0]
     work = area_mapper._works(ready, ready.fine.cost.size)[1]
     t, on = np.zeros(2), np.ones(ready.fine.cost.size, dtype=bool)
-    scratch = np.empty((2, 36)), np.empty((2, on.size)), np.zeros(5), np.empty(2)
+    scratch = np.empty((2, side**2)), np.empty((2, on.size)), np.zeros(5), np.empty(2)
     _on_area.forget(work)
     b = frame / np.asarray(finger.array.noise)
     count, _ = in_turn(tuple(ready.fine), t, 1.0, float(found.weight), b, on, 1e-3, work, scratch)

@@ -13,9 +13,9 @@ import numpy as np
 from ..._compiled import compiled
 from . import _on_area as on_area
 from . import columns as column
-from ._area_solver import in_turn, together
+from ._area_solver import in_turn, stay, together
 from ._frame import AMBIGUOUS, EDGE, OK, UNEXPLAINED, begun, next_factor
-from ._solver import variance_of
+from ._solver import forward
 from ._weight import HIGHEST, LOWEST, weigh
 from .hats import COARSE
 
@@ -74,7 +74,7 @@ def _as_at(drag, t, b, work, out):
         if x[j] > 0.0:
             row = rows[j]
             for i in range(b.size):
-                out[i] += x[j] * (by_y * own[1, row, i] + by_z * own[2, row, i])
+                out[i] += x[j] * (by_y * own[0, row, i] + by_z * own[1, row, i])
 
 
 @compiled()
@@ -100,10 +100,10 @@ def _finer(coarse, few, share, many, on):
 
 
 @compiled()
-def _totals(row, level, work, count, t, turned, crossed, reach, y, z):
+def _totals(row, level, work, count, gone, t, turned, crossed, reach, y, z):
     """Forces, direction and centre with their standard deviations, how well the minimum is met, and the status."""
     sizes, area = level[5], level[7]
-    x, slope, lower, index, scratch = work[1], work[2], work[4], work[5], work[6]
+    x, slope, lower, index, scratch, away = work[1], work[2], work[4], work[5], work[6], work[16]
     leaning = level[0].shape[0] > 1
     nz, rim = sizes[1], sizes[2]
     total = x.size
@@ -136,7 +136,13 @@ def _totals(row, level, work, count, t, turned, crossed, reach, y, z):
     a, c, d = turned[2], turned[3], turned[4]
     known = a > 0.0 and a * d - c * c > 0.0
     for i in range(7):
-        variance = variance_of(lower, count, index, sums[i], scratch)
+        for k in range(count):
+            scratch[k] = sums[i, index[k]]
+        forward(lower, count, scratch)
+        stay(away, gone, count, scratch)
+        variance = 0.0
+        for k in range(count):
+            variance += scratch[k] * scratch[k]
         if leaning:
             # by t itself, and by what follows from t
             py = normal if i == 1 else ey if i == 5 else -ez if i == 6 else 0.0
@@ -161,14 +167,15 @@ def _totals(row, level, work, count, t, turned, crossed, reach, y, z):
 
 @compiled()
 def _settle(level, t, most, w, b, on, work, scratch):
-    """The least of J on fine elements from guesses: how many are > 0, and the largest slope at no pressure."""
+    """The least of J on fine elements from guesses: what `together` says of it."""
     first, lean = on.copy(), t.copy()
-    count, reach = together(level, t, most, w, b, on, _NEAR, 0.0, work, scratch)
+    count, reach, gone = together(level, t, most, w, b, on, _NEAR, 0.0, work, scratch)
     if count < 0 and not on_area.crowded(work):
         on[:] = first
         t[:] = lean
         count, reach = in_turn(level, t, most, w, b, on, _NEAR, work, scratch)
-    return count, reach
+        gone = 0
+    return count, reach, gone
 
 
 @compiled()
@@ -210,7 +217,7 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
         _finer(rough[1], coarse[5], work[2], fine[5], on)
         factor, chi2 = 1.0, math.inf
         while True:
-            count, reach = _settle(fine, t, most, w, b, on, work, scratch)
+            count, reach, gone = _settle(fine, t, most, w, b, on, work, scratch)
             if on_area.crowded(work):
                 return f
             chi2 = 0.0
@@ -224,6 +231,6 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
         if count < 0 or not chi2 <= largest:
             row[column.STATUS] = UNEXPLAINED
             continue
-        _totals(row, fine, work, count, t, turned, crossed, reach, y, z)
+        _totals(row, fine, work, count, gone, t, turned, crossed, reach, y, z)
         row[column.AREA_WIDTH :] = work[1]
     return len(readings)

@@ -26,6 +26,10 @@ _FEW = 2.0
 Among more the drag waits for the second round on fine elements: in the first too many are wrong.
 """
 
+_MANY = 64
+"""Readings from which products in single precision save time; these do on coarse elements, and until a fine drag moves.
+"""
+
 
 @compiled()
 def _turn(level, work, count, gone, along, crossed, turned):
@@ -39,32 +43,43 @@ def _turn(level, work, count, gone, along, crossed, turned):
     n = r.size
     along[:] = 0.0
     turned[:] = 0.0
-    for k in range(count):
-        j = index[k]
-        row, one, s, u = rows[j], x[j], 0.0, 0.0
+    last = count - 1
+    for k in range(0, count, 2):  # two elements at once: what they share is fetched half as often
+        h = min(k + 1, last)
+        one, two = x[index[k]], x[index[h]] if h > k else 0.0
+        a, c, d, e = own[0, rows[index[k]]], own[1, rows[index[k]]], own[0, rows[index[h]]], own[1, rows[index[h]]]
+        s = u = v = z = 0.0
         for i in range(n):
-            a, c = own[1, row, i], own[2, row, i]
-            along[0, i] += one * a
-            along[1, i] += one * c
-            s += a * r[i]
-            u += c * r[i]
-        crossed[0, k], crossed[1, k] = s, u
+            along[0, i] += one * a[i] + two * d[i]
+            along[1, i] += one * c[i] + two * e[i]
+            s += a[i] * r[i]
+            u += c[i] * r[i]
+            v += d[i] * r[i]
+            z += e[i] * r[i]
+        crossed[0, k], crossed[1, k], crossed[0, h], crossed[1, h] = s, u, v, z
     for i in range(n):
         turned[0] += along[0, i] * r[i]
         turned[1] += along[1, i] * r[i]
         turned[2] += along[0, i] * along[0, i]
         turned[3] += along[0, i] * along[1, i]
         turned[4] += along[1, i] * along[1, i]
-    for k in range(count):
-        at, s, u = order[index[k]], 0.0, 0.0
+    for k in range(0, count, 2):
+        h = min(k + 1, last)
+        one, two = columns[order[index[k]]], columns[order[index[h]]]
+        s = u = v = z = 0.0
         for i in range(n):
-            s += columns[at, i] * along[0, i]
-            u += columns[at, i] * along[1, i]
+            s += one[i] * along[0, i]
+            u += one[i] * along[1, i]
+            v += two[i] * along[0, i]
+            z += two[i] * along[1, i]
         crossed[0, k] += s
         crossed[1, k] += u
+        if h > k:
+            crossed[0, h] += v
+            crossed[1, h] += z
     for part in range(2):
         forward(lower, count, crossed[part])
-        _stay(away, gone, count, crossed[part])
+        stay(away, gone, count, crossed[part])
     for k in range(count):
         turned[2] -= crossed[0, k] * crossed[0, k]
         turned[3] -= crossed[0, k] * crossed[1, k]
@@ -104,10 +119,10 @@ def _next(t, turned, most, new):
 
 
 @compiled()
-def _heights(level, t, w, b, on, work):
+def _heights(level, w, exact, b, on, work):
     """The heights that are `on`, into z: how many, -1 where they are not determined, and their largest slope at x = 0.
 
-    Leaves in the scratch z times L^T.
+    Leaves in the scratch z times L^T. exact: as in `_on_area.hessian`.
     """
     lower, index, z, half, columns, order = work[4], work[5], work[6], work[7], work[9], work[12]
     count, reach = 0, 0.0
@@ -115,7 +130,7 @@ def _heights(level, t, w, b, on, work):
         if on[j]:
             index[count] = j
             count += 1
-    if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
+    if not on_area.hessian(level, w, exact, work, count) or not factored(lower, count):
         return -1, reach
     for k in range(count):
         column, s = columns[order[index[k]]], -level[6][index[k]]
@@ -130,7 +145,7 @@ def _heights(level, t, w, b, on, work):
 
 
 @compiled(borrows=True)
-def _stay(away, gone, count, z):
+def stay(away, gone, count, z):
     """Take out of z = L^T x the orthonormal directions `away`, so that x stays in as many elements."""
     for m in range(gone):
         q, s = away[m], 0.0
@@ -161,7 +176,7 @@ def _leave(on, count, work):
             for m in range(k, i):
                 s += lower[i, m] * q[m]
             q[i] = -s * lower[i, i]
-        _stay(away, gone, count, q)
+        stay(away, gone, count, q)
         size = 0.0
         for i in range(count):
             size += q[i] * q[i]
@@ -173,7 +188,7 @@ def _leave(on, count, work):
         return 0
     for k in range(count):
         z[k] = half[k]
-    _stay(away, gone, count, z)
+    stay(away, gone, count, z)
     backward(lower, count, z)
     for k in range(count):
         if not on[index[k]]:
@@ -193,32 +208,37 @@ def _follow(level, t, new, on, count, crossed, work):
             x[index[k]] += z[k]
     t[:] = new
     on_area.lean(level, t, work)
-    return on_area.gather(level, t, work, count, False)
+    return on_area.gather(level, work, count, False)
 
 
 @compiled()
 def together(level, t, most, w, b, on, near, enough, work, scratch):
-    """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
+    """The p >= 0 and the drag of least J, sought together from guesses: how many elements the factor has, -1 for none.
 
-    And the largest slope at x = 0 of these.
+    And the largest slope at x = 0 of these, and in how many directions of `work` x stays: those at 0 among them.
 
     t (2,) and `on` are put right; scratch: what `_turn` leaves. enough: a step of the tangent after which elements have
     said enough that are coarse; 0 where they are not.
     """
     x, slope, index, z = work[1], work[2], work[5], work[6]
     along, crossed, turned, new = scratch
-    leans = level[0].shape[0] > 1
+    leans, rough = level[0].shape[0] > 1, enough > 0.0
+    exact = b.size < _MANY or not (leans or rough)
     on_area.lean(level, t, work)
     for search in range(_ROUNDS):
-        count, reach = _heights(level, t, w, b, on, work)
+        count, reach = _heights(level, w, exact, b, on, work)
         if count < 0:
-            break
+            if exact or on_area.crowded(work):
+                break
+            exact = True
+            on_area.unmultiplied(work)
+            continue
         gone, tolerance = _leave(on, count, work), TOLERANCE * reach
         x[:] = 0.0
         for k in range(count):
             x[index[k]] = z[k]
         on_area.residual(b, work)
-        asked = leans and (enough > 0.0 or search > 0 or count * count < _FEW * on.size)
+        asked = leans and (rough or search > 0 or count * count < _FEW * on.size)
         moves, step = False, math.inf
         if asked:
             _turn(level, work, count, gone, along, crossed, turned)
@@ -237,8 +257,9 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
         wrong = 0
         for j in range(on.size):
             wrong += x[j] < 0.0 if on[j] else slope[j] < -tolerance
-        if (wrong == 0 and gone == 0 and not moves and asked == leans) or (wrong <= 2 and step < enough):
-            return count, reach
+        done = wrong == 0 and not moves and asked == leans
+        if (done and (exact or rough)) or (wrong <= 2 and step < enough):
+            return count, reach, gone
         for j in range(on.size):
             if on[j]:
                 on[j] = x[j] >= 0.0
@@ -247,7 +268,10 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
         if moves and not follows:
             t[:] = new
             on_area.lean(level, t, work)
-    return -1, 0.0
+        if (moves or done) and not (exact or rough):
+            exact = True
+            on_area.unmultiplied(work)
+    return -1, 0.0, 0
 
 
 @compiled()

@@ -7,7 +7,7 @@ The work: x (3, N), slope (3, N); state (N,), ray (2, N) and push (N,), the slop
 which row an element is (N + 1,), -1 for none, behind them how many rows are taken; columns of elements, three rows each
 (3 C, n), and their products (3 C, 3 C); factor (3 C, 3 C); numbers of what is not out (N,), and where the unknowns of
 each begin (N + 1,); scratch (3 N,), (3, N), (3, N); in single precision the line of each component (3, L), the residual
-times the gains, and all columns times this (ny rows); and scratch (N,), (3, N), (3, N).
+times the gains, and some columns times this; and scratch (N,), (3, N), (3, N).
 """
 
 from __future__ import annotations

@@ -1,15 +1,15 @@
 """Hessian and gradient of the pressure on an area, compiled: thousands of elements, of which a touch needs some dozens.
 
 A level holds: tables of pressure and drags in a line (1 or 3, L), where a sensor's begins in it and its gain, both up
-to a multiple of eight sensors, and the length of a row (`hats.Hats.flat`); the stencil of K (2, 2); the numbers of
+to a multiple of `AT_ONCE` sensors, and the length of a row (`hats.Hats.flat`); the stencil of K (2, 2); the numbers of
 elements (ny, nz, rim); cost (N,); the area of an element and the largest column.
 
 The work of an area: the line at the drag (L,); x, gradient (N,); residual (n,); factor (C, C); numbers and values of
-what is > 0 (N,) twice, and scratch (N,); columns of elements by part (1 or 3, C, n), at the drag (C, n), and their
-products (C, C); in which row of the first an element is (N + 1,), in which of the second (N + 2,), -1 for none, behind
-them how many rows are taken, and of the second how many are multiplied; and in single precision the line at the drag,
-the residual times the gains, and all columns times this (ny rows); directions in which x stays (C, C), and in which
-row of the second columns each of what is > 0 is (N,).
+what is > 0 (N,) twice, and scratch (N,); readings of elements' drags in single precision (0 or 2, C, n), columns at the
+drag (C, n), and their products (C, C); in which row of the first an element is (N + 1,), in which of the second
+(N + 2,), -1 for none, behind them how many rows are taken, and of the second how many are multiplied; and in single
+precision the line at the drag, the residual times the gains, and some columns times this; directions in which x stays
+(C, C), in which row of the second columns each of what is > 0 is (N,), and these columns in single precision (C, n).
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from .hats import TOGETHER
+from ._windows import windows
+from .hats import LANES, REGISTERS
 
 _SINGLE = 2e-5  # error of a slope in single precision, of the largest column times the residual
 
@@ -51,6 +52,13 @@ def forget(work):
 
 
 @compiled(borrows=True)
+def unmultiplied(work):
+    """Take no products as known."""
+    order = work[12]
+    order[order.size - 1] = 0
+
+
+@compiled(borrows=True)
 def crowded(work):
     """Whether there was no room for all columns that were asked for."""
     rows, room = work[11], len(work[9])
@@ -60,8 +68,8 @@ def crowded(work):
 @compiled(inline=True)
 def by_four(one, two, three, four, p, q, r, s, count):
     """Products of each of four rows with each of four: each number is fetched a quarter as often."""
-    ap = aq = ar = at = bp = bq = br = bt = 0.0
-    cp = cq = cr = ct = dp = dq = dr = dt = 0.0
+    ap = aq = ar = at = bp = bq = br = bt = one.dtype.type(0)
+    cp = cq = cr = ct = dp = dq = dr = dt = one.dtype.type(0)
     for k in range(count):
         u, v, w, x = one[k], two[k], three[k], four[k]
         ap += u * p[k]
@@ -115,46 +123,57 @@ def multiply(columns, products, first, last):
 
 
 @compiled(borrows=True)
-def gather(level, t, work, count, every):
-    """The columns at the drag t of the elements in `index`, or of those whose x is not 0; False without room."""
+def gather(level, work, count, every):
+    """The columns at the line's drag of the elements in `index`, or of those whose x is not 0; False without room."""
     parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
-    x, index, own, columns, rows, order = work[1], work[5], work[8], work[9], work[11], work[12]
+    line, x, index, own, columns, rows, order = work[0], work[1], work[5], work[8], work[9], work[11], work[12]
+    n = columns.shape[1]
     for k in range(count):
         j = index[k]
         if order[j] >= 0 or (x[j] == 0.0 and not every):
             continue
+        first = j // nz * length + j % nz
         if rows[j] < 0:
             row = rows[rows.size - 1]
-            if row == own.shape[1]:
+            if row == len(columns):
                 return False
             rows[j], rows[rows.size - 1] = row, row + 1
-            first = j // nz * length + j % nz
-            for part in range(parts.shape[0]):
-                for i in range(own.shape[2]):
-                    own[part, row, i] = gain[i] * parts[part, start[i] + first]
-        row, at = rows[j], order[order.size - 2]
+            if parts.shape[0] > 1:
+                for i in range(n):
+                    at = start[i] + first
+                    own[0, row, i] = gain[i] * parts[1, at]
+                    own[1, row, i] = gain[i] * parts[2, at]
+        at = order[order.size - 2]
         order[j], order[order.size - 2] = at, at + 1
-        if own.shape[0] == 1:
-            for i in range(own.shape[2]):
-                columns[at, i] = own[0, row, i]
-        else:
-            for i in range(own.shape[2]):
-                columns[at, i] = own[0, row, i] + t[0] * own[1, row, i] + t[1] * own[2, row, i]
+        for i in range(n):
+            columns[at, i] = gain[i] * line[start[i] + first]
     return True
 
 
 @compiled(borrows=True)
-def hessian(level, t, w, work, count):
-    """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room."""
+def hessian(level, w, exact, work, count):
+    """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room.
+
+    exact: whether products that are not known yet are made in double precision.
+    """
     stencil, nz = level[4], level[5][1]
-    lower, index, columns, products, order, slot = work[4], work[5], work[9], work[10], work[12], work[17]
+    lower, index, columns, products, order, slot, short = (
+        work[4], work[5], work[9], work[10], work[12], work[17], work[18],
+    )  # fmt: skip
     if count > len(lower):
         work[11][work[11].size - 1] = len(lower)
         return False
-    if not gather(level, t, work, count, True):
+    if not gather(level, work, count, True):
         return False
-    multiply(columns, products, order[order.size - 1], order[order.size - 2])
-    order[order.size - 1] = order[order.size - 2]
+    first, last = order[order.size - 1], order[order.size - 2]
+    if exact:
+        multiply(columns, products, first, last)
+    else:
+        for at in range(first, last):
+            for i in range(columns.shape[1]):
+                short[at, i] = columns[at, i]
+        multiply(short, products, first, last)
+    order[order.size - 1] = last
     for i in range(count):
         slot[i] = order[index[i]]
     before = 0
@@ -217,35 +236,34 @@ def roughly(level, line, pull, field, r, out):
         return 0.0
     for i in range(pull.size):
         pull[i] = gain[i] * r[i] / size if i < r.size else 0.0
-    for k in range(field.size):
-        field[k] = 0.0
-    for g in range(0, pull.size, TOGETHER):
-        a, b, c, d = pull[g], pull[g + 1], pull[g + 2], pull[g + 3]
-        e, f, h, i = pull[g + 4], pull[g + 5], pull[g + 6], pull[g + 7]
-        one, two = line[start[g] :], line[start[g + 1] :]
-        three, four = line[start[g + 2] :], line[start[g + 3] :]
-        five, six = line[start[g + 4] :], line[start[g + 5] :]
-        seven, eight = line[start[g + 6] :], line[start[g + 7] :]
-        for k in range(field.size):
-            first = a * one[k] + b * two[k] + c * three[k] + d * four[k]
-            field[k] += first + (e * five[k] + f * six[k] + h * seven[k] + i * eight[k])
+    nz = sizes[1]
     for y in range(sizes[0]):
-        for z in range(sizes[1]):
-            out[y * sizes[1] + z] += size * np.float64(field[y * length + z])
+        for z in range(0, nz, LANES * REGISTERS):
+            many = min(nz - z, LANES * REGISTERS)
+            windows(line, start, pull, y * length + z, (many + LANES - 1) // LANES, field)
+            for k in range(many):
+                out[y * nz + z + k] += size * np.float64(field[k])
     return _SINGLE * size * largest
 
 
 @compiled(borrows=True)
 def residual(b, work):
     """A x - b into r; the columns of all that is not 0 are gathered."""
-    x, r, columns, order = work[1], work[3], work[9], work[12]
+    x, r, columns, order, slot = work[1], work[3], work[9], work[12], work[17]
     for i in range(r.size):
         r[i] = -b[i]
+    many = 0
     for j in range(x.size):
-        if x[j] != 0.0:
-            one, column = x[j], columns[order[j]]
-            for i in range(r.size):
-                r[i] += one * column[i]
+        slot[many] = j
+        many += x[j] != 0.0
+    for k in range(0, many, 4):  # four columns at once: r is fetched a quarter as often
+        more = min(4, many - k)
+        one, p = columns[order[slot[k]]], x[slot[k]]
+        two, q = (columns[order[slot[k + 1]]], x[slot[k + 1]]) if more > 1 else (one, 0.0)
+        three, u = (columns[order[slot[k + 2]]], x[slot[k + 2]]) if more > 2 else (one, 0.0)
+        four, v = (columns[order[slot[k + 3]]], x[slot[k + 3]]) if more > 3 else (one, 0.0)
+        for i in range(r.size):
+            r[i] += p * one[i] + q * two[i] + (u * three[i] + v * four[i])
 
 
 @compiled(borrows=True)

@@ -30,7 +30,7 @@ def _factor(level, t, w, count, work):
     """Cholesky factor of the Hessian's rows and columns `index`, into `lower`; False where it has none."""
     lower, index = work[4], work[5]
     if len(level) > 5:
-        return on_area.hessian(level, t, w, work, count) and factored(lower, count)
+        return on_area.hessian(level, w, True, work, count) and factored(lower, count)
     for i in range(count):
         _along(level, t, w, index, i, lower[i])
     return factored(lower, count)

@@ -17,7 +17,7 @@ from ._operator import Factors, shear_seen
 from .area_surface import AreaSurface
 from .band import deviations
 from .free_area import FreeArea
-from .hats import COARSE, Hats
+from .hats import COARSE, LANES, REGISTERS, Hats
 from .image import PressureImage
 from .levels import Level, level_of
 from .mapping import RULES, SurfaceMapper, free_only_where_seen, known
@@ -303,9 +303,9 @@ def _work(level: Level, sensors: int, room: int) -> _Work:
     return (
         np.empty(level.parts.shape[1]), np.empty(total), np.empty(total), np.empty(sensors), np.empty((room, room)),
         np.empty(total, dtype=np.int64), np.empty(total), np.empty(total),
-        np.empty((len(level.parts), room, sensors)), np.empty((room, sensors)), np.empty((room, room)),
-        np.empty(total + 1, dtype=np.int64), np.empty(total + 2, dtype=np.int64),
+        np.empty((len(level.parts) - 1, room, sensors), dtype=np.float32), np.empty((room, sensors)),
+        np.empty((room, room)), np.empty(total + 1, dtype=np.int64), np.empty(total + 2, dtype=np.int64),
         np.empty(level.parts.shape[1], dtype=np.float32), np.empty(level.gain.size, dtype=np.float32),
-        np.empty(level.sizes[0] * level.length, dtype=np.float32),
-        np.empty((room, room)), np.empty(total, dtype=np.int64),
+        np.empty(LANES * REGISTERS, dtype=np.float32),
+        np.empty((room, room)), np.empty(total, dtype=np.int64), np.empty((room, sensors), dtype=np.float32),
     )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
-from .hats import COARSE, Hats
+from .hats import COARSE, LANES, REGISTERS, Hats
 from .levels import Level, level_of
 from .prior import Membrane
 
@@ -80,6 +80,6 @@ class FreeArea(NamedTuple):
             np.zeros(total), np.empty(sensors), rows, np.empty((3 * room, sensors)), np.empty(2 * (3 * room,)),
             np.empty(2 * (3 * room,)), np.empty(total, dtype=np.int64), np.empty(total + 1, dtype=np.int64),
             np.empty(3 * total), np.empty((3, total)), np.empty((3, total)), level.parts.astype(np.float32),
-            np.empty(level.gain.size, dtype=np.float32), np.empty(level.sizes[0] * level.length, dtype=np.float32),
+            np.empty(level.gain.size, dtype=np.float32), np.empty(LANES * REGISTERS, dtype=np.float32),
             np.empty(total), np.empty((3, total)), np.empty((3, total)),
         )  # fmt: skip

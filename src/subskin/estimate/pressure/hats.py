@@ -10,13 +10,13 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ..._frozen import Frozen
 
-__all__ = ["COARSE", "TOGETHER", "Hats"]
+__all__ = ["AT_ONCE", "COARSE", "LANES", "REGISTERS", "Hats"]
 
 COARSE = 2
 """Elements of the surface along one side of a coarse one, from which each search starts."""
 
-TOGETHER = 8
-"""Sensors that the compiled loop goes through at once."""
+AT_ONCE, LANES, REGISTERS = 2, 8, 5
+"""Sensors that a compiled loop goes through at once, numbers in a register, and registers it fills for each sensor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +87,9 @@ class Hats(Frozen):
         length = max(table.shape[2] for table in self.tables)
         rows = [np.pad(table[:components], ((0, 0), (0, 0), (0, length - table.shape[2]))) for table in self.tables]
         begin = length * np.cumsum([0, *(table.shape[1] for table in rows)])
-        # whole rows are read from where the first hat is
+        # rows are read in whole registers
         line = np.concatenate(
-            [*(table.reshape(components, -1) for table in rows), np.zeros((components, length))], axis=1
+            [*(table.reshape(components, -1) for table in rows), np.zeros((components, LANES))], axis=1
         )
         return line, begin[self.kind] + self.corner[:, 0] * length + self.corner[:, 1], length
 

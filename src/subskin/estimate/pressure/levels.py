@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
-from .hats import TOGETHER, Hats
+from .hats import AT_ONCE, Hats
 from .prior import Membrane
 
 __all__ = ["Level", "level_of"]
@@ -31,7 +31,7 @@ class Level(NamedTuple):
 def level_of(hats: Hats, components: int, prior: Membrane, pull: float, rim: int, friction: float) -> Level:
     """Elements with a pressure, and with drags along y and z where there are 3 components, not 1."""
     parts, start, length = hats.flat(components)
-    more = -start.size % TOGETHER
+    more = -start.size % AT_ONCE
     start, gain = np.pad(start, (0, more)), np.pad(hats.gain, (0, more))
     sizes, cost = np.array([*prior.shape, rim], dtype=np.int64), np.full(prior.shape[0] * prior.shape[1], pull)
     norms = sum(np.linalg.norm(hats.columns(i), axis=1) for i in range(components))
