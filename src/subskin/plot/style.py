@@ -132,7 +132,7 @@ def settled(figure: Figure) -> Figure:
     """
     engine = figure.get_layout_engine()
     if engine is not None:
-        before = np.inf
+        before: Any = np.inf
         for _ in range(3):  # the ticks depend on the panels' sizes, and these on the ticks' labels
             engine.execute(figure)
             now = np.array([axes.get_window_extent().bounds for axes in figure.axes])
