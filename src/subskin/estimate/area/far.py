@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from .reach import AT_ONCE
 from .tiles import STRONG, Response, orthonormal, strength
 
 __all__ = ["INNER", "Far", "far_from", "nodes_of"]
@@ -38,17 +39,18 @@ _Indices: TypeAlias = npt.NDArray[np.intp]
 
 
 class Far(NamedTuple):
-    """Regions, each before its halves; as `reach.may_reach` wants them.
+    """Regions, each before its halves; as `reach.regions_left` wants them.
 
     table (regions, 4): its first direction, how many (none: ask the halves), the region to go on with where the bound
     rules this one out, and whether it is a last one; left (regions,): what its directions leave of a unit reading,
-    squared; directions (all of them, n), of length one; seen (n + 1, regions): whether its loads may be read
+    squared, single; directions (all of them, n), of length one, or zero so that each region has a multiple of
+    `reach.AT_ONCE`; seen (n + 1, regions): whether its loads may be read
     most by a sensor, and at last 1 for frames whose strongest sensor is not sure; cluster (n, 9): the sensors nearest
     to each; share (n + 1,): the most of a load's squares that these get, 1 at last.
     """
 
     table: npt.NDArray[np.int64]
-    left: FloatArray
+    left: npt.NDArray[np.float32]
     directions: npt.NDArray[np.float32]
     seen: npt.NDArray[np.uint8]
     cluster: npt.NDArray[np.int64]
@@ -72,7 +74,7 @@ def far_from(
     if not len(at) or n <= _FEW:
         nothing = np.empty((0, n), dtype=np.float32), np.empty((n + 1, 0), dtype=np.uint8)
         index = np.empty((0, 4), dtype=np.int64)
-        return Far(index, np.empty(0), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1)), []
+        return Far(index, np.empty(0, dtype=np.float32), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1)), []
     fields = response(at) * scale[:, None]
     hot = strength(fields, friction)[0] >= STRONG**2
     basis = orthonormal(fields)[0].swapaxes(1, 2)[:, : 3 if friction > 0 else 1]
@@ -83,9 +85,10 @@ def far_from(
     held: list[FloatArray] = []
     _divide(np.arange(len(at)), at, beside, basis, hot, leaves, rows, found, seen, held)
     table = np.array(rows)
+    found = [np.append(part, np.zeros((-len(part) % AT_ONCE, n)), axis=0) for part in found]
     counts = np.array([len(part) for part in found])
     index = np.column_stack([np.cumsum(counts) - counts, counts, table[:, 0], table[:, 1]]).astype(np.int64)
-    left = np.ascontiguousarray(table[:, 2])  # as where the tree is empty: each kind of array is a compilation
+    left = table[:, 2].astype(np.float32)  # as where the tree is empty: each kind of array is a compilation
     sees = np.append(np.stack(seen, axis=1), np.ones((1, len(rows))), axis=0).astype(np.uint8)
     return Far(index, left, np.concatenate(found).astype(np.float32), sees, *_clusters(points, basis, hot)), held
 

@@ -15,7 +15,6 @@ from ..layout import AREA
 from .climb import ROUND, climb, drops
 from .cone import eliminate
 from .fall import beyond_near, falls
-from .reach import crowded, region_from
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and four more."""
@@ -239,31 +238,24 @@ def look_round(w, near, sensors, first, table, terms, options, fit, row, scratch
 
 @compiled(borrows=True)
 def outside(
-    w, single, total, sensors, first, table, terms, tiles, nodes, beyond, held, members, tile, least, options, boxes,
-    scratch, whole, tried, fits,
+    w, single, sensors, first, table, terms, tiles, nodes, held, members, kept, lane, least, options, boxes, scratch,
+    whole, tried, fits,
 ):  # fmt: skip
     """Whether S reaches `least` at a side of the search, or beyond.
 
-    Climbs begin at the best node of each box, of the regions that may reach it; tried (nodes,): scratch.
+    Climbs begin at the best node of each box, of the regions that may reach it: those kept of the frame in `lane`, as
+    of `reach.regions_left`. held, members: as of `far.nodes_of`; tried (nodes,): scratch.
     """
     index, _, _, basis, shapes = tiles
     padded, m, count, n = index[0, 1], index[0, 3], index[0, 6], w.size
-    regions, left, directions, seen, cluster, share = beyond
-    last = held.size - 1
-    i = last
-    if regions.shape[0] == 0:
-        i = 0
-    elif not crowded(single, total, least, tile, cluster, share):
-        i = region_from(0, single, total, least, tile, regions, left, directions, seen)
-    if i == last:
-        return False
     trial, top, best = fits[0], fits[2, :4], fits[2, 4:8]
     for b in range(4):
         top[b], best[b] = least, -1.0
     for p in range(count):
         tried[p] = np.float32(0)
-    while i < last:
-        for e in range(held[i], held[i + 1]):
+    for r in range(kept.shape[0]):
+        i = kept[r, 0]
+        for e in range(held[i], held[i + 1] if (kept[r, 1] >> lane) & 1 else held[i]):
             p = members[e]
             if tried[p] > 0:
                 continue
@@ -275,9 +267,6 @@ def outside(
             at_node(shapes, index[0, 4] + p, m, c0, c1, c2, options[0], trial)
             if trial[3] >= needed * top[b]:
                 top[b], best[b] = trial[3] / needed, float(p)
-        if regions.shape[0] == 0:
-            break
-        i = region_from(i + 1, single, total, least, tile, regions, left, directions, seen)
     for b in range(4):
         if best[b] >= 0.0:
             p = int(best[b])

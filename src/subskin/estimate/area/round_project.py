@@ -19,9 +19,11 @@ from .climb import FIT, climb
 from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, covariance, is_broad, look_round, unsure, widest_variance
-from .project import FEW, MOST_CHI2, search, strongest, whitened
+from .order import strongest, whitened
+from .project import FEW, MOST_CHI2
 from .round_climb import COLUMNS, SIZE, at_width, round_climb, round_curvature, round_project, shares_of
 from .round_judge import MORE, contact_outside, further_tops, ranked, width_profile
+from .tops import search
 
 _TOPS = 8
 """Tops over position and width that are climbed to from the scan."""
