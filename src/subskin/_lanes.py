@@ -2,7 +2,8 @@
 
 Numba makes vectors of loops that it can see through; sums that run over some other index go through memory then, or are
 added up across a vector each time. Numbers named here stay in registers. A function that takes and gives them is
-written as for one number; what differs is asked with `where`. Without a compiler the same names are NumPy's arrays.
+written as for one number, and takes one as well; what differs from lane to lane is asked with `where`. Without a
+compiler the same names are NumPy's arrays.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numba.core.cgutils import get_or_insert_function
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model, type_callable
 
-__all__ = ["EIGHT", "alike", "answers", "eight", "put", "root", "total", "where"]
+__all__ = ["EIGHT", "alike", "answers", "eight", "nought", "put", "root", "total", "where"]
 
 EIGHT = 8
 _RECKONED = {operator.add: "fadd", operator.sub: "fsub", operator.mul: "fmul", operator.truediv: "fdiv"}
@@ -42,9 +43,14 @@ def alike(number: Any) -> Any:
     return np.full(EIGHT, number)
 
 
+def nought(like: Any) -> Any:
+    """Zero, or eight of them, of the kind of `like`."""
+    return np.zeros_like(like)
+
+
 def answers(asked: Any) -> int:
     """The lanes in which the answer is yes, as bits of a number."""
-    return int(np.sum(asked << np.arange(EIGHT)))
+    return int(np.sum(np.atleast_1d(asked) << np.arange(np.size(asked))))
 
 
 def total(lanes: Any) -> Any:
@@ -152,9 +158,14 @@ def _type_of_alike(context: Any) -> Any:
     return lambda number: Lanes(number)
 
 
+@type_callable(nought)
+def _type_of_nought(context: Any) -> Any:
+    return lambda like: like
+
+
 @type_callable(answers)
 def _type_of_answers(context: Any) -> Any:
-    return lambda asked: types.intp if asked == _ASKED else None
+    return lambda asked: types.intp if asked in (_ASKED, types.boolean) else None
 
 
 @type_callable(total)
@@ -170,6 +181,8 @@ def _type_of_root(context: Any) -> Any:
 @infer_global(where)  # type: ignore[no-untyped-call]
 class _Where(AbstractTemplate):
     def generic(self, args: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+        if args[0] == types.boolean:
+            return signature(types.float64, types.boolean, types.float64, types.float64)
         kind = _same(*args[1:])
         return kind and signature(kind, _ASKED, *(one if isinstance(one, Lanes) else kind.number for one in args[1:]))
 
@@ -200,6 +213,17 @@ def _alike(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
     return _spread(builder, args[0])
 
 
+@lower_builtin(nought, Lanes)
+@lower_builtin(nought, types.Float)
+def _nought(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
+    return ir.Constant(args[0].type, None)
+
+
+@lower_builtin(answers, types.Boolean)
+def _answer(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
+    return builder.zext(args[0], context.get_value_type(made.return_type))
+
+
 @lower_builtin(answers, Lanes)
 def _answers(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
     return builder.zext(builder.bitcast(args[0], ir.IntType(EIGHT)), context.get_value_type(made.return_type))
@@ -216,15 +240,18 @@ def _total(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
 
 
 @lower_builtin(root, Lanes)
+@lower_builtin(root, types.Float)
 def _root(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
-    vector = args[0].type
-    bits = 8 * context.get_abi_sizeof(vector.element)
-    name = f"llvm.sqrt.v{EIGHT}f{bits}"
-    return builder.call(get_or_insert_function(builder.module, ir.FunctionType(vector, [vector]), name), args)
+    kind = args[0].type
+    many, one = (f"v{EIGHT}", kind.element) if isinstance(kind, ir.VectorType) else ("", kind)
+    name = f"llvm.sqrt.{many}f{8 * context.get_abi_sizeof(one)}"
+    return builder.call(get_or_insert_function(builder.module, ir.FunctionType(kind, [kind]), name), args)
 
 
+@lower_builtin(where, types.Boolean, types.Float, types.Float)
 @lower_builtin(where, Lanes, Lanes, Lanes)
 @lower_builtin(where, Lanes, types.Number, Lanes)
 @lower_builtin(where, Lanes, Lanes, types.Number)
 def _where(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
-    return builder.select(args[0], *(_spread(builder, value) for value in args[1:]))
+    this, that = args[1:] if made.args[0] == types.boolean else (_spread(builder, value) for value in args[1:])
+    return builder.select(args[0], this, that)
