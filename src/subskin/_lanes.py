@@ -18,7 +18,7 @@ from numba.core.cgutils import get_or_insert_function
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model, type_callable
 
-__all__ = ["EIGHT", "alike", "answers", "eight", "nought", "put", "root", "total", "where"]
+__all__ = ["EIGHT", "alike", "answers", "eight", "nought", "one_of", "put", "root", "total", "where"]
 
 EIGHT = 8
 _RECKONED = {operator.add: "fadd", operator.sub: "fsub", operator.mul: "fmul", operator.truediv: "fdiv"}
@@ -51,6 +51,11 @@ def nought(like: Any) -> Any:
 def answers(asked: Any) -> int:
     """The lanes in which the answer is yes, as bits of a number."""
     return int(np.sum(np.atleast_1d(asked) << np.arange(np.size(asked))))
+
+
+def one_of(lanes: Any, lane: int) -> Any:
+    """The number in one lane."""
+    return lanes[lane]
 
 
 def total(lanes: Any) -> Any:
@@ -168,6 +173,11 @@ def _type_of_answers(context: Any) -> Any:
     return lambda asked: types.intp if asked in (_ASKED, types.boolean) else None
 
 
+@type_callable(one_of)
+def _type_of_one_of(context: Any) -> Any:
+    return lambda lanes, lane: lanes.number
+
+
 @type_callable(total)
 def _type_of_total(context: Any) -> Any:
     return lambda lanes: lanes.number
@@ -227,6 +237,11 @@ def _answer(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any
 @lower_builtin(answers, Lanes)
 def _answers(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
     return builder.zext(builder.bitcast(args[0], ir.IntType(EIGHT)), context.get_value_type(made.return_type))
+
+
+@lower_builtin(one_of, Lanes, types.Integer)
+def _one_of(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
+    return builder.extract_element(*args)
 
 
 @lower_builtin(total, Lanes)

@@ -8,8 +8,6 @@ that no digits are lost.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..._compiled import compiled

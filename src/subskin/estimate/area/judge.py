@@ -11,10 +11,12 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from ..._lanes import EIGHT, answers, one_of
 from ..layout import AREA
 from .climb import ROUND, climb, drops
 from .cone import eliminate
 from .fall import beyond_near, falls
+from .scan import shares_of_eight
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and four more."""
@@ -126,21 +128,28 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
     least = options[5]
     reach = max(6.0 * math.sqrt(largest), least)
     wide = max(1.8 * reach, reach + 1.5 * max(hy, hz))
+    enough = fit[3] - options[3]
+    nearly, inverse = np.float32((1.0 - 1e-6) * enough), 1.0 / (yy * zz - yz * yz)
     j0, j1 = max(int((y - wide - origin[t, 0]) / hy), 0), min(int((y + wide - origin[t, 0]) / hy) + 2, rows)
-    k0, k1 = max(int((z - wide - origin[t, 1]) / hz), 0), min(int((z + wide - origin[t, 1]) / hz) + 2, columns)
     for j in range(j0, j1):
-        for e in range(k0, k1):
-            dy, dz = origin[t, 0] + j * hy - y, origin[t, 1] + e * hz - z
-            far = (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) / (yy * zz - yz * yz)
-            if not (far > 36.0 and least * least < dy * dy + dz * dz < wide * wide):
-                continue
-            p = j * stride + e
-            c0, c1, c2 = node_shares(w, basis, index[t, 2] + 3 * padded * p, padded, n)
-            if c0 * c0 + c1 * c1 + c2 * c2 < fit[3] - options[3]:
-                continue  # not even a load that pulls
-            at_node(shapes, index[t, 4] + p, nodes, c0, c1, c2, options[0], trial)
-            if trial[3] > fit[3] - options[3]:
-                return True
+        dy = origin[t, 0] + j * hy - y
+        away = math.sqrt(max(wide * wide - dy * dy, 0.0))
+        k0, k1 = max(int((z - away - origin[t, 1]) / hz), 0), min(int((z + away - origin[t, 1]) / hz) + 2, columns)
+        begin, end = j * stride + k0, j * stride + k1
+        for p in range(begin - begin % EIGHT, end, EIGHT):
+            c0, c1, c2 = shares_of_eight(w, n, basis, index[t, 2] + 3 * padded * p, padded)
+            some = answers(c0 * c0 + c1 * c1 + c2 * c2 >= nearly)  # of the others not even a load that pulls is enough
+            for lane in range(EIGHT if some > 0 else 0):
+                e = p + lane - j * stride
+                if (some >> lane) & 1 == 0 or not k0 <= e < k1:
+                    continue
+                dz = origin[t, 1] + e * hz - z
+                far = (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) * inverse
+                if far > 36.0 and least * least < dy * dy + dz * dz < wide * wide:
+                    s0, s1, s2 = one_of(c0, lane), one_of(c1, lane), one_of(c2, lane)
+                    at_node(shapes, index[t, 4] + p + lane, nodes, s0, s1, s2, options[0], trial)
+                    if trial[3] > enough:
+                        return True
     return False
 
 

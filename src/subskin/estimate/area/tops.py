@@ -46,7 +46,7 @@ def search(
         mu,
         c,
         heights[lead : lead + m],
-        index[t, 7] == 1,
+        index[t, 7] == 2,
     )
     for p in range(lead + m, lead + m + stride + 2):
         heights[p] = np.float32(-1)
