@@ -18,7 +18,7 @@ from numba.core.cgutils import get_or_insert_function
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model, type_callable
 
-__all__ = ["EIGHT", "alike", "answers", "eight", "nought", "one_of", "put", "root", "total", "where"]
+__all__ = ["EIGHT", "alike", "answers", "eight", "fetch", "nought", "one_of", "put", "root", "total", "where"]
 
 EIGHT = 8
 _RECKONED = {operator.add: "fadd", operator.sub: "fsub", operator.mul: "fmul", operator.truediv: "fdiv"}
@@ -36,6 +36,10 @@ def eight(array: Any, at: int) -> Any:
 def put(array: Any, at: int, lanes: Any) -> None:
     """Write eight numbers into an array as it lies in memory, from `at` on."""
     array.reshape(-1)[at : at + EIGHT] = lanes
+
+
+def fetch(array: Any, at: int) -> None:
+    """Ask for the part of an array in which number `at` stands, for it is wanted soon."""
 
 
 def alike(number: Any) -> Any:
@@ -158,6 +162,11 @@ def _type_of_put(context: Any) -> Any:
     return lambda array, at, lanes: types.none
 
 
+@type_callable(fetch)
+def _type_of_fetch(context: Any) -> Any:
+    return lambda array, at: types.none
+
+
 @type_callable(alike)
 def _type_of_alike(context: Any) -> Any:
     return lambda number: Lanes(number)
@@ -215,6 +224,16 @@ def _eight(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
 def _put(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
     place, aligned = _place(context, builder, made, args)
     builder.store(args[2], place, align=aligned)
+    return context.get_dummy_value()
+
+
+@lower_builtin(fetch, types.Array, types.Integer)
+def _fetch(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
+    array = context.make_array(made.args[0])(context, builder, args[0])
+    at = builder.bitcast(builder.gep(array.data, [args[1]]), ir.IntType(8).as_pointer())
+    kind = ir.FunctionType(ir.VoidType(), [at.type, _INDEX, _INDEX, _INDEX])
+    call = get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+    builder.call(call, [at, *(_INDEX(value) for value in (0, 3, 1))])  # to be read, to be kept near, data
     return context.get_dummy_value()
 
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..._lanes import EIGHT
+from ..._lanes import EIGHT, fetch
 from ..layout import AREA
 from .climb import FIT, climb
 from .fall import LANES
@@ -22,12 +22,14 @@ from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
 from .order import by_strongest, whitened
 from .reach import crowded, regions_left
+from .scan import taken
 from .tops import nearby, search
 
 FEW, _AGAIN = 4, 3
 MOST_CHI2 = 1e30
 _TINY = 12
 """Sensors that may leave two tops near each other."""
+_ALL = (1 << EIGHT) - 1
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _FORCES, _RESIDUAL = AREA.components, AREA.residual
 _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
@@ -35,12 +37,12 @@ _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
 
 @compiled(borrows=True)
 def _settle(
-    w, single, total, tile, over, sensors, first, table, terms, tiles, near_sensors, near_first, options, row, c,
+    w, single, total, tile, over, sensors, first, table, terms, tiles, near_sensors, near_first, options, row, size, c,
     heights, lead, words, peak, part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
 ):  # fmt: skip
     """Fill the row of a frame but for what loads beyond the search say: what these are to explain; infinite if nothing.
 
-    over: whether a tile over the sensors is enough.
+    over: whether a tile over the sensors is enough; size, c: what `scan.taken` gave of the first tile.
     """
     n = w.size
     detection, largest, ambiguity = options[1], options[2], options[3]
@@ -49,9 +51,11 @@ def _settle(
     left = bound = largest
     for attempt in range(0 if over else 1, 3):
         t, most, share = (base + n + 1, MOST, 0.05) if attempt == 2 else (base * attempt + tile, FEW, 0.25)
+        if attempt != (0 if over else 1):
+            size = taken(single, single, tiles, t, c, c)[0]
         best, second = search(
-            w, single, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options,
-            scratch, whole, c, heights, lead, words, peak, score, at, fits, part,
+            w, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole,
+            size, c, heights, lead, words, peak, score, at, fits, part,
         )  # fmt: skip
         left, bound = total, largest
         if best >= 0:
@@ -60,7 +64,6 @@ def _settle(
                 bound += options[13] * (fits[best, 0] ** 2 + fits[best, 1] ** 2 + fits[best, 2] ** 2)
         if left <= bound:
             break
-        over = False
     row[_RESIDUAL] = left
     if left > bound:
         row[_STATUS] = _UNEXPLAINED
@@ -143,13 +146,14 @@ def _frames(kept, found):
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, hot, order, wide, asked, sums, kept, fulls, singles, c, s, heights, lead, words, peak, part, scratch, whole,
+    out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, words, peak, part, scratch, whole,
     score, at, fits, trials, lanes, ratio, more,
 ):  # fmt: skip
     """As `project_frames`, with its scratch; hot, order: as of `by_strongest`.
 
-    Up to eight frames of one strongest sensor go side by side where regions are asked; sums (2, 8) keeps what their
-    readings are and what loads beyond are to explain, and asked (2, 8) what `regions_left` is given of it.
+    Up to eight frames of one strongest sensor go side by side where regions are asked, and two where nodes are. sums
+    (3, 8) keeps chi-square of their readings, what loads beyond are to explain, and chi-square of those that count;
+    asked (2, 8) what `regions_left` is given.
     """
     n = readings.shape[1]
     least = options[2] + options[3]
@@ -159,6 +163,11 @@ def _each(
         tile, count = hot[order[begin]], 1
         while count < EIGHT and begin + count < order.size and hot[order[begin + count]] == tile:
             count += 1
+        for turn in range(begin + count, min(begin + count + EIGHT, order.size)):  # those that come next
+            for i in range(0, n, EIGHT):
+                fetch(readings, n * order[turn] + i)
+            for i in range(0, out.shape[1], EIGHT):
+                fetch(out, out.shape[1] * order[turn] + i)
         inner = tile < n and tiles[0].shape[0] > n + 2 and ring[0].shape[0] > 0
         for k in range(EIGHT):
             asked[0, k], asked[1, k] = 0.0, math.inf
@@ -177,22 +186,36 @@ def _each(
                 wide[i, k] = single[i]
             if inner and not crowded(single, total, total - least, tile, ring[4], ring[5]):
                 asked[1, k] = total - least
-        may = 0
+        may = _ALL
         if inner:
             may = _frames(kept, regions_left(wide, asked, tile, ring[0], ring[1], ring[2], ring[3], True, kept))
+        base = tiles[0].shape[0] - n - 2
+        for wider in range(2):
+            one = -1
+            for k in range(count):
+                if (may >> k) & 1 == wider:
+                    if one >= 0:
+                        sums[2, one], sums[2, k] = taken(
+                            singles[one], singles[k], tiles, base * wider + tile, shares[one], shares[k]
+                        )
+                        one = -1
+                    else:
+                        one = k
+            if one >= 0:
+                single = singles[one]
+                sums[2, one] = taken(single, single, tiles, base * wider + tile, shares[one], shares[one])[0]
         for k in range(count):
             total, single, needed = sums[0, k], singles[k], math.inf
             if total < MOST_CHI2:
-                over = inner and (may >> k) & 1 == 0
                 needed = _settle(
-                    fulls[k, :n], single, total, tile, over, sensors, first, table, terms, tiles, near_sensors,
-                    near_first, options, out[order[begin + k]], c, heights, lead, words, peak, part, scratch, whole,
-                    score, at, fits, trials, lanes, ratio, more,
+                    fulls[k, :n], single, total, tile, (may >> k) & 1 == 0, sensors, first, table, terms, tiles,
+                    near_sensors, near_first, options, out[order[begin + k]], sums[2, k], shares[k], heights, lead,
+                    words, peak, part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
                 )  # fmt: skip
             sums[1, k] = asked[1, k] = needed
             if needed < math.inf and crowded(single, total, needed, tile, beyond[4], beyond[5]):
                 asked[1, k] = math.inf
-        found, kept[0, 0], kept[0, 1] = 1, 0, (1 << count) - 1  # of no region: all nodes, as of one
+        found, kept[0, 0], kept[0, 1] = 1, 0, _ALL  # of no region: all nodes, as of one
         if beyond[0].shape[0] > 0:
             found = regions_left(wide, asked, tile, beyond[0], beyond[1], beyond[2], beyond[3], False, kept)
         may = _frames(kept, found)
@@ -222,7 +245,8 @@ def project_frames(
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]
-    c, s = np.empty(3 * widest, dtype=np.float32), np.empty(widest, dtype=np.float32)
+    shares = np.empty((EIGHT, 3 * widest + 2 * n + 4), dtype=np.float32)
+    s = np.empty(widest, dtype=np.float32)
     heights = np.empty(widest + 2 * lead, dtype=np.float32)
     for p in range(lead):
         heights[p] = np.float32(-1)
@@ -230,7 +254,7 @@ def project_frames(
     peak = words.view(np.uint8)
     fulls, singles, part = np.zeros((EIGHT, n + 1)), np.zeros((EIGHT, n + 1), dtype=np.float32), np.empty(n + 1)
     wide, asked = np.zeros((n, EIGHT), dtype=np.float32), np.empty((2, EIGHT), dtype=np.float32)
-    sums, kept = np.empty((2, EIGHT)), np.empty((max(far[0][1].size, far[1][1].size) + 1, 2), dtype=np.int64)
+    sums, kept = np.empty((3, EIGHT)), np.empty((max(far[0][1].size, far[1][1].size) + 1, 2), dtype=np.int64)
     scratch = np.empty((ROWS, n + 1))
     turns = np.empty((2, readings.shape[0] + n + 2), dtype=np.int64)
     hot, order, start = turns[0, n + 2 :], turns[1, n + 2 :], turns[0, : n + 2]
@@ -239,6 +263,6 @@ def project_frames(
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
-        options, out, hot, order, wide, asked, sums, kept, fulls, singles, c, s, heights, lead, words, peak, part,
+        options, out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, words, peak, part,
         scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more,
     )  # fmt: skip

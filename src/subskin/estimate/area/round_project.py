@@ -23,6 +23,7 @@ from .order import strongest, whitened
 from .project import FEW, MOST_CHI2
 from .round_climb import COLUMNS, SIZE, at_width, round_climb, round_curvature, round_project, shares_of
 from .round_judge import MORE, contact_outside, further_tops, ranked, width_profile
+from .scan import taken
 from .tops import search
 
 _TOPS = 8
@@ -53,9 +54,11 @@ def _starts(
     """
     count = 0
     for j in range(widths.size):
+        t = tile + j * (w.size + 2)
+        total = taken(single, single, tiles, t, c, c)[0]
         best, second = search(
-            w, single, sensors, first, tables[j], terms, tiles, near_sensors, near_first, tile + j * (w.size + 2), most,
-            share, options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part,
+            w, sensors, first, tables[j], terms, tiles, near_sensors, near_first, t, most, share, options, scratch,
+            whole, total, c, heights, lead, words, peak, score, at, fits, part,
         )  # fmt: skip
         levels[j] = fits[best, 3] if best >= 0 else 0.0
         for other in range(2):
@@ -317,7 +320,7 @@ def project_round(
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]
-    c, s = np.empty(3 * widest, dtype=np.float32), np.empty(widest, dtype=np.float32)
+    c, s = np.empty(3 * widest + 2 * n + 4, dtype=np.float32), np.empty(widest, dtype=np.float32)
     heights = np.empty(widest + 2 * lead, dtype=np.float32)
     for p in range(lead):
         heights[p] = np.float32(-1)

@@ -18,26 +18,25 @@ TINY = np.float32(1e-30)
 HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float32(0)
 
 
-@compiled(borrows=True)
-def shares(w, near, basis, c):
-    """What each basis takes of the readings w into c (3 nodes,), and the squares of the readings that count."""
-    k, whole = basis.shape
-    for p in range(whole):
-        c[p] = NOUGHT
-    i, total = 0, NOUGHT
-    while i + 4 <= k:  # four sensors a pass: the running sums go through memory less often
-        w0, w1, w2, w3 = w[near[i]], w[near[i + 1]], w[near[i + 2]], w[near[i + 3]]
-        total += (w0 * w0 + w1 * w1) + (w2 * w2 + w3 * w3)
-        for p in range(whole):
-            c[p] += (w0 * basis[i, p] + w1 * basis[i + 1, p]) + (w2 * basis[i + 2, p] + w3 * basis[i + 3, p])
-        i += 4
-    while i < k:
-        w0, w1 = w[near[i]], w[near[i + 1]]
-        total += w0 * w0 + w1 * w1
-        for p in range(whole):
-            c[p] += w0 * basis[i, p] + w1 * basis[i + 1, p]
-        i += 2
-    return total
+@compiled(exact=True, borrows=True)
+def _shares(readings, k, basis, at, nodes, c, d):
+    """What a basis (k, 3 nodes) that begins at `at` takes of two frames, into c and d (3 nodes,).
+
+    readings: k of the one, then k of the other.
+    """
+    for p in range(0, 3 * nodes, 2 * EIGHT):
+        c0 = c1 = d0 = d1 = alike(NOUGHT)
+        for i in range(k):
+            here = at + 3 * nodes * i + p
+            r, s, b0, b1 = readings[i], readings[k + i], eight(basis, here), eight(basis, here + EIGHT)
+            c0 += b0 * r
+            c1 += b1 * r
+            d0 += b0 * s
+            d1 += b1 * s
+        put(c, p, c0)
+        put(c, p + EIGHT, c1)
+        put(d, p, d0)
+        put(d, p + EIGHT, d1)
 
 
 @compiled(inline=True)
@@ -52,36 +51,45 @@ def shares_of_eight(w, n, basis, at, k):
     return c0, c1, c2
 
 
-@compiled(borrows=True)
-def shares_by_eights(w, basis, nodes, c):
-    """The same as `shares` of a basis (nodes / 8, 3, k, 8), in which all sensors count."""
-    k, total = basis.size // (3 * nodes), NOUGHT
-    most = min(k, w.size)
-    for i in range(most):
-        total += w[i] * w[i]
+@compiled(exact=True, borrows=True)
+def _shares_by_eights(readings, k, basis, at, nodes, c, d):
+    """The same of a basis (nodes / 8, 3, k, 8)."""
     for p in range(0, nodes, EIGHT):
-        c0, c1, c2 = shares_of_eight(w, most, basis, 3 * k * p, k)
-        put(c, p, c0)
-        put(c, nodes + p, c1)
-        put(c, 2 * nodes + p, c2)
-    return total
+        for j in range(2):
+            out = d if j else c
+            c0, c1, c2 = shares_of_eight(readings[j * k :], k, basis, at + 3 * k * p, k)
+            put(out, p, c0)
+            put(out, nodes + p, c1)
+            put(out, 2 * nodes + p, c2)
 
 
-@compiled(inline=True)
-def scan(w, near, basis, shapes, mu, c, s, by_eights):
-    """S at each node into s (nodes,), and the squares of the readings that count.
+@compiled(borrows=True)
+def taken(w, v, tiles, t, c, d):
+    """What the basis of each node of tile t takes of two frames w and v (n + 1,), into c and d: 3 nodes and scratch.
 
-    w (n,), single; near (k,): the sensors that count, k even; basis (k, 3 nodes); shapes (9, nodes): columns of A in
-    the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22; c (at least 3 nodes): scratch; by_eights: as of `Tiles`.
+    The table is read once for both; one frame may be both. Given are the squares of the readings that count.
     """
-    total = shares_by_eights(w, basis, s.size, c) if by_eights else shares(w, near, basis, c)
-    within(shapes, mu, c, s)
-    return total
+    index, _, near, basis, _ = tiles
+    i0, k, at, m = index[t, 0], index[t, 1], index[t, 2], index[t, 3]
+    readings, total, other = c[3 * m :], NOUGHT, NOUGHT
+    for i in range(k):
+        r, s = w[near[i0 + i]], v[near[i0 + i]]
+        readings[i], readings[k + i] = r, s
+        total += r * r
+        other += s * s
+    if index[t, 7] == 2:
+        _shares_by_eights(readings, k, basis, at, m, c, d)
+    else:
+        _shares(readings, k, basis, at, m, c, d)
+    return total, other
 
 
 @compiled(inline=True)
 def within(shapes, mu, c, s):
-    """S at each node, of what the basis takes, for loads that press within the cone; as of `scan`."""
+    """S at each node into s (nodes,), for loads that press within the cone, of what the basis takes, c.
+
+    shapes (9, nodes): columns of A in the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22.
+    """
     m = s.size
     steep = np.float32(mu) if mu < math.inf else ONE
     one, square = (ONE if mu < math.inf else NOUGHT), np.float32(mu * mu)

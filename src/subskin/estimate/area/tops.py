@@ -9,7 +9,7 @@ import numpy as np
 from ..._compiled import compiled
 from .climb import climb
 from .judge import FINE, MOST
-from .scan import peaks, scan
+from .scan import peaks, within
 
 _SMALL = 24
 """Sensors of which all are fitted at once; of more, first those near the strongest."""
@@ -28,26 +28,18 @@ def nearby(w, sensors, first, near_sensors, near_first, index, t, part):
 
 @compiled(borrows=True)
 def search(
-    w, single, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole,
-    c, heights, lead, words, peak, score, at, fits, part,
+    w, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole, total, c,
+    heights, lead, words, peak, score, at, fits, part,
 ):  # fmt: skip
     """Best and second-best top of S from the highest nodes of tile t, as rows of `fits`; -1 where there is none.
 
-    Of many sensors first those that count are fitted, then all; `part` keeps the readings of these.
+    Of many sensors first those that count are fitted, then all; `part` keeps the readings of these. total, c: as of
+    `scan.taken`.
     """
-    index, origin, near, basis, shapes = tiles
+    index, origin, near, _, shapes = tiles
     mu, apart, smallest, box = options[0], options[4], options[8], options[9:13]
     i0, k, m, stride = index[t, 0], index[t, 1], index[t, 3], index[t, 6]
-    total = scan(
-        single,
-        near[i0 : i0 + k],
-        basis[index[t, 2] : index[t, 2] + 3 * k * m].reshape((k, 3 * m)),
-        shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m)),
-        mu,
-        c,
-        heights[lead : lead + m],
-        index[t, 7] == 2,
-    )
+    within(shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m)), mu, c, heights[lead : lead + m])
     for p in range(lead + m, lead + m + stride + 2):
         heights[p] = np.float32(-1)
     near_w, its_sensors, its_first = nearby(w, sensors, first, near_sensors, near_first, index, t, part)
