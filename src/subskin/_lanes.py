@@ -18,7 +18,20 @@ from numba.core.cgutils import get_or_insert_function
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model, type_callable
 
-__all__ = ["EIGHT", "alike", "answers", "eight", "fetch", "nought", "one_of", "put", "root", "total", "where"]
+__all__ = [
+    "EIGHT",
+    "alike",
+    "answers",
+    "eight",
+    "fetch",
+    "first_of",
+    "nought",
+    "one_of",
+    "put",
+    "root",
+    "total",
+    "where",
+]
 
 EIGHT = 8
 _RECKONED = {operator.add: "fadd", operator.sub: "fsub", operator.mul: "fmul", operator.truediv: "fdiv"}
@@ -60,6 +73,11 @@ def answers(asked: Any) -> int:
 def one_of(lanes: Any, lane: int) -> Any:
     """The number in one lane."""
     return lanes[lane]
+
+
+def first_of(answered: int) -> int:
+    """The first lane of those that bits name; of none: 64."""
+    return (answered & -answered).bit_length() - 1 if answered else 64
 
 
 def total(lanes: Any) -> Any:
@@ -169,7 +187,7 @@ def _type_of_fetch(context: Any) -> Any:
 
 @type_callable(alike)
 def _type_of_alike(context: Any) -> Any:
-    return lambda number: Lanes(number)
+    return lambda number: Lanes(number)  # noqa: PLW0108  (Numba asks for its parameters)
 
 
 @type_callable(nought)
@@ -185,6 +203,11 @@ def _type_of_answers(context: Any) -> Any:
 @type_callable(one_of)
 def _type_of_one_of(context: Any) -> Any:
     return lambda lanes, lane: lanes.number
+
+
+@type_callable(first_of)
+def _type_of_first_of(context: Any) -> Any:
+    return lambda answered: types.intp
 
 
 @type_callable(total)
@@ -261,6 +284,11 @@ def _answers(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> An
 @lower_builtin(one_of, Lanes, types.Integer)
 def _one_of(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
     return builder.extract_element(*args)
+
+
+@lower_builtin(first_of, types.Integer)
+def _first_of(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
+    return builder.cttz(args[0], ir.Constant(ir.IntType(1), 0))
 
 
 @lower_builtin(total, Lanes)

@@ -38,7 +38,7 @@ _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
 @compiled(borrows=True)
 def _settle(
     w, single, total, tile, over, sensors, first, table, terms, tiles, near_sensors, near_first, options, row, size, c,
-    heights, lead, words, peak, part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
+    heights, lead, part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
 ):  # fmt: skip
     """Fill the row of a frame but for what loads beyond the search say: what these are to explain; infinite if nothing.
 
@@ -55,7 +55,7 @@ def _settle(
             size = taken(single, single, tiles, t, c, c)[0]
         best, second = search(
             w, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole,
-            size, c, heights, lead, words, peak, score, at, fits, part,
+            size, c, heights, lead, score, at, fits, part,
         )  # fmt: skip
         left, bound = total, largest
         if best >= 0:
@@ -146,7 +146,7 @@ def _frames(kept, found):
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, words, peak, part, scratch, whole,
+    out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, part, scratch, whole,
     score, at, fits, trials, lanes, ratio, more,
 ):  # fmt: skip
     """As `project_frames`, with its scratch; hot, order: as of `by_strongest`.
@@ -210,7 +210,7 @@ def _each(
                 needed = _settle(
                     fulls[k, :n], single, total, tile, (may >> k) & 1 == 0, sensors, first, table, terms, tiles,
                     near_sensors, near_first, options, out[order[begin + k]], sums[2, k], shares[k], heights, lead,
-                    words, peak, part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
+                    part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
                 )  # fmt: skip
             sums[1, k] = asked[1, k] = needed
             if needed < math.inf and crowded(single, total, needed, tile, beyond[4], beyond[5]):
@@ -250,8 +250,6 @@ def project_frames(
     heights = np.empty(widest + 2 * lead, dtype=np.float32)
     for p in range(lead):
         heights[p] = np.float32(-1)
-    words = np.zeros(widest // 8 + 1, dtype=np.uint64)
-    peak = words.view(np.uint8)
     fulls, singles, part = np.zeros((EIGHT, n + 1)), np.zeros((EIGHT, n + 1), dtype=np.float32), np.empty(n + 1)
     wide, asked = np.zeros((n, EIGHT), dtype=np.float32), np.empty((2, EIGHT), dtype=np.float32)
     sums, kept = np.empty((3, EIGHT)), np.empty((max(far[0][1].size, far[1][1].size) + 1, 2), dtype=np.int64)
@@ -263,6 +261,6 @@ def project_frames(
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
-        options, out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, words, peak, part,
+        options, out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, part,
         scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more,
     )  # fmt: skip

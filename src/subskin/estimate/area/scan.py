@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..._lanes import EIGHT, alike, eight, put
+from ..._lanes import EIGHT, alike, answers, eight, first_of, put, where
 
 TINY = np.float32(1e-30)
 HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float32(0)
@@ -20,14 +20,14 @@ HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float
 
 @compiled(exact=True, borrows=True)
 def _shares(readings, k, basis, at, nodes, c, d):
-    """What a basis (k, 3 nodes) that begins at `at` takes of two frames, into c and d (3 nodes,).
+    """What a basis (3 nodes / 16, k, 16) that begins at `at` takes of two frames, into c and d (3 nodes,).
 
     readings: k of the one, then k of the other.
     """
     for p in range(0, 3 * nodes, 2 * EIGHT):
         c0 = c1 = d0 = d1 = alike(NOUGHT)
         for i in range(k):
-            here = at + 3 * nodes * i + p
+            here = at + k * p + 2 * EIGHT * i
             r, s, b0, b1 = readings[i], readings[k + i], eight(basis, here), eight(basis, here + EIGHT)
             c0 += b0 * r
             c1 += b1 * r
@@ -124,54 +124,60 @@ def _angle2(s, over):
     return x * (ONE + x * (np.float32(1 / 3) + np.float32(8 / 45) * x))
 
 
+@compiled(inline=True)
+def _largest(a, b, c, d):
+    """Of four lanes."""
+    a, b = where(a > b, a, b), where(c > d, c, d)
+    return where(a > b, a, b)
+
+
+@compiled(inline=True)
+def _vertex(heights, q, stride, total, over):
+    """Where the parabola through node q and its neighbours has its top, in rows and columns from it, and its height."""
+    here = heights[q]
+    height, mj, mk, least = here, NOUGHT, NOUGHT, here
+    for j in range(-1, 2):
+        for k in range(-1, 2):
+            least = min(least, heights[q + j * stride + k])
+    if least > NOUGHT:
+        up, down = _angle2(heights[q + stride], over), _angle2(heights[q - stride], over)
+        left, right, middle = _angle2(heights[q + 1], over), _angle2(heights[q - 1], over), _angle2(here, over)
+        gj, gk = HALF * (up - down), HALF * (left - right)
+        hjj, hkk = up - TWO * middle + down, left - TWO * middle + right
+        hjk = np.float32(0.25) * (
+            _angle2(heights[q + stride + 1], over) - _angle2(heights[q + stride - 1], over)
+            - _angle2(heights[q - stride + 1], over) + _angle2(heights[q - stride - 1], over)
+        )  # fmt: skip
+        det = hjj * hkk - hjk * hjk
+        if hjj > NOUGHT and det > np.float32(0.05) * hjj * hkk:
+            mj, mk = (hjk * gk - hkk * gj) / det, (hjk * gj - hjj * gk) / det
+            mj, mk = min(max(mj, -ONE), ONE), min(max(mk, -ONE), ONE)
+            height = max(height, height - total * HALF * (gj * mj + gk * mk))
+    return height, mj, mk
+
+
 @compiled(borrows=True)
-def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
+def peaks(heights, lead, m, stride, total, share, score, at):
     """Nodes above their eight neighbours, the best first, at the top of the parabola through these: their number.
 
     S stands in heights from `lead` on, m nodes in rows of `stride`, of which the last is none, with less than 0 before
-    and after. total: what could be explained; nodes below `share` of the highest are left out. words (at least m / 8)
-    and peak, the same as bytes, of which m are scratch; score (most,), at (most, 2): row and column.
+    and after. total: what could be explained; nodes below `share` of the highest are left out; score (most,), at
+    (most, 2): row and column.
     """
-    most, count = score.size, 0
-    above, under = lead - stride, lead + stride
-    # parts of it, as an index that may be negative would keep the loop from vectors
-    h0, h1, h2 = heights[above - 1 : above - 1 + m], heights[above : above + m], heights[above + 1 : above + 1 + m]
-    h3, h4, h5 = heights[lead - 1 : lead - 1 + m], heights[lead : lead + m], heights[lead + 1 : lead + 1 + m]
-    h6, h7, h8 = heights[under - 1 : under - 1 + m], heights[under : under + m], heights[under + 1 : under + 1 + m]
-    for p in range(m):
-        before, after = max(h0[p], h1[p], h2[p], h3[p]), max(h5[p], h6[p], h7[p], h8[p])
-        peak[p] = (h4[p] > before) & (h4[p] >= after)
-    over = ONE / (total + TINY)
-    for word in range(m // 8):
-        if words[word] == 0:
-            continue
-        for p in range(8 * word, 8 * word + 8):
-            q = lead + p
-            here = heights[q]
-            if peak[p] == 0 or not here > NOUGHT:
-                continue
-            height, row, column = float(here), float(p // stride), float(p % stride)
-            least = here
-            for j in range(-1, 2):
-                for k in range(-1, 2):
-                    least = min(least, heights[q + j * stride + k])
-            if least > NOUGHT:
-                up, down = _angle2(heights[q + stride], over), _angle2(heights[q - stride], over)
-                left, right, middle = (
-                    _angle2(heights[q + 1], over), _angle2(heights[q - 1], over), _angle2(here, over)
-                )  # fmt: skip
-                gj, gk = HALF * (up - down), HALF * (left - right)
-                hjj, hkk = up - TWO * middle + down, left - TWO * middle + right
-                hjk = np.float32(0.25) * (
-                    _angle2(heights[q + stride + 1], over) - _angle2(heights[q + stride - 1], over)
-                    - _angle2(heights[q - stride + 1], over) + _angle2(heights[q - stride - 1], over)
-                )  # fmt: skip
-                det = hjj * hkk - hjk * hjk
-                if hjj > NOUGHT and det > np.float32(0.05) * hjj * hkk:
-                    mj, mk = (hjk * gk - hkk * gj) / det, (hjk * gj - hjj * gk) / det
-                    mj, mk = min(max(mj, -ONE), ONE), min(max(mk, -ONE), ONE)
-                    row, column = row + mj, column + mk
-                    height = max(height, height - total * HALF * (gj * mj + gk * mk))
+    most, count, over = score.size, 0, ONE / (total + TINY)
+    for p in range(lead, lead + m, EIGHT):
+        here, under, beyond = eight(heights, p), p - stride, p + stride
+        before = _largest(
+            eight(heights, under - 1), eight(heights, under), eight(heights, under + 1), eight(heights, p - 1)
+        )
+        after = _largest(
+            eight(heights, p + 1), eight(heights, beyond - 1), eight(heights, beyond), eight(heights, beyond + 1)
+        )
+        above = answers((here > before) & (here >= after) & (here > NOUGHT))
+        while above > 0:
+            q = p + first_of(above)
+            above &= above - 1
+            height, mj, mk = _vertex(heights, q, stride, total, over)
             rank = count
             while rank > 0 and score[rank - 1] < height:
                 rank -= 1
@@ -180,7 +186,7 @@ def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
                     score[e] = score[e - 1]
                     at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
                 score[rank] = height
-                at[rank, 0], at[rank, 1] = row, column
+                at[rank, 0], at[rank, 1] = (q - lead) // stride + mj, (q - lead) % stride + mk
                 count = min(count + 1, most)
     while count > 0 and score[count - 1] < share * score[0]:
         count -= 1

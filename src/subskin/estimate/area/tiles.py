@@ -38,10 +38,10 @@ class Tiles(NamedTuple):
     """Tiles as compiled loops want them.
 
     table (tiles, 8): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
-    then rows, and nodes of a row, the last of which is none; how the basis lies: 0 sensor by sensor, 1 node by node,
-    2 by eight nodes; origin (tiles, 4): y
-    and z of its first node and both steps, or instead of y the first of `nodes`; near, basis and shapes as of
-    `scan.scan`, one tile after the other. A sensor that is one more than there are reads nothing.
+    then rows, and nodes of a row, the last of which is none; how the basis of k sensors lies: 0 (3 nodes / 16, k, 16),
+    1 (nodes, 3, k), 2 (nodes / 8, 3, k, 8); origin (tiles, 4): y and z of its first node and both steps, or instead of
+    y the first of `nodes`; near: the sensors that count, k even; shapes (9, nodes): as of `scan.within`. All lie one
+    tile after the other. A sensor that is one more than there are reads nothing.
     """
 
     table: npt.NDArray[np.int64]
@@ -149,7 +149,9 @@ class _Builder:
         at = (np.arange(rows)[:, None] * stride + np.arange(columns)).reshape(-1)
         full, wide = np.zeros((k, 3, nodes)), np.zeros((9, nodes))
         full[: near.size, :, at], wide[:, at] = np.moveaxis(basis, 0, -1), shapes
-        if order == 1:  # where single nodes are looked at
+        if order == 0:
+            full = np.ascontiguousarray(full.reshape(k, -1, 2 * EIGHT).swapaxes(0, 1))
+        elif order == 1:  # where single nodes are looked at
             full = np.ascontiguousarray(np.moveaxis(full, -1, 0).swapaxes(1, 2))
         elif order == 2:  # where those are that stand side by side
             full = np.ascontiguousarray(full.reshape(k, 3, -1, EIGHT).transpose(2, 1, 0, 3))

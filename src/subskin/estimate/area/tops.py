@@ -29,7 +29,7 @@ def nearby(w, sensors, first, near_sensors, near_first, index, t, part):
 @compiled(borrows=True)
 def search(
     w, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole, total, c,
-    heights, lead, words, peak, score, at, fits, part,
+    heights, lead, score, at, fits, part,
 ):  # fmt: skip
     """Best and second-best top of S from the highest nodes of tile t, as rows of `fits`; -1 where there is none.
 
@@ -51,7 +51,7 @@ def search(
             near_w[i] = w[e] if e < w.size else 0.0
     best = second = -1
     spare = MOST
-    count = peaks(heights, lead, m, stride, total, share, words, peak, score[:most], at)
+    count = peaks(heights, lead, m, stride, total, share, score[:most], at)
     for q in range(count + 1):
         # a maximum clearly lower than both already found cannot become the best or the rival
         last = q == count or (second >= 0 and score[q] < 0.8 * fits[second, 3])
