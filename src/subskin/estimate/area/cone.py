@@ -47,45 +47,25 @@ def cofactors(g00, g01, g02, g11, g12, g22):
 
 
 @compiled(inline=True)
-def best_forces(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, asked):
-    """N, Ty, Tz, S, then the inverse of G in what is left free (00, 01, 02, 11, 12, 22), and 1 inside.
+def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
+    """Fill fit: N, Ty, Tz, S, then the inverse of G in what is left free (00, 01, 02, 11, 12, 22), and 1 inside.
 
-    Inside the cone all of theta is free, on it what keeps to it, at its tip nothing. All may stand in lanes; only those
-    that are asked are sure to hold.
+    Inside the cone all of theta is free, on it what keeps to it, at its tip nothing.
     """
     c00, c01, c02, c11, c12, c22, det = cofactors(g00, g01, g02, g11, g12, g22)
     inverse = 1.0 / det
     n = (c00 * b0 + c01 * b1 + c02 * b2) * inverse
     ty = (c01 * b0 + c11 * b1 + c12 * b2) * inverse
     tz = (c02 * b0 + c12 * b1 + c22 * b2) * inverse
-    free = (det > 1e-13 * g00 * g11 * g22) & (n >= 0.0) & (ty * ty + tz * tz <= mu * mu * n * n)
-    inside = where(free, 1.0 + nought(n), nought(n))
-    s = b0 * n + b1 * ty + b2 * tz
-    i00, i01, i02, i11, i12, i22 = (
-        c00 * inverse,
-        c01 * inverse,
-        c02 * inverse,
-        c11 * inverse,
-        c12 * inverse,
-        c22 * inverse,
-    )
-    bound = asked & (inside < 0.5)
-    if answers(bound) > 0:
-        m, my, mz, most, j00, j01, j02, j11, j12, j22 = on_cone(
-            g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, bound
+    if det > 1e-13 * g00 * g11 * g22 and n >= 0.0 and ty * ty + tz * tz <= mu * mu * n * n:
+        fit[0], fit[1], fit[2], fit[3] = n, ty, tz, b0 * n + b1 * ty + b2 * tz
+        fit[4], fit[5], fit[6] = c00 * inverse, c01 * inverse, c02 * inverse
+        fit[7], fit[8], fit[9], fit[10] = c11 * inverse, c12 * inverse, c22 * inverse, 1.0
+    else:
+        (fit[0], fit[1], fit[2], fit[3], fit[4], fit[5], fit[6], fit[7], fit[8], fit[9]) = on_cone(
+            g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, True
         )
-        n, ty, tz, s = where(free, n, m), where(free, ty, my), where(free, tz, mz), where(free, s, most)
-        i00, i01, i02 = where(free, i00, j00), where(free, i01, j01), where(free, i02, j02)
-        i11, i12, i22 = where(free, i11, j11), where(free, i12, j12), where(free, i22, j22)
-    return n, ty, tz, s, i00, i01, i02, i11, i12, i22, inside
-
-
-@compiled(inline=True)
-def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
-    """Fill fit (at least 11) with the best forces of one position."""
-    (fit[0], fit[1], fit[2], fit[3], fit[4], fit[5], fit[6], fit[7], fit[8], fit[9], fit[10]) = best_forces(
-        g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, True
-    )
+        fit[10] = 0.0
 
 
 @compiled(inline=True)
@@ -142,8 +122,9 @@ def _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
 
 @compiled(borrows=True)
 def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, asked):
-    """The first ten of `best_forces` on the cone. (ty, tz) may be any drag; best is one that points as the best does.
+    """The first ten numbers of a fit on the cone, or of eight in lanes, of which those that are asked are sure to hold.
 
+    (ty, tz) may be any drag; best is one that points as the best does.
     Where S has no slope along the cone, and rises out of it, the load is the best there is: S has one top and the cone
     is convex. Where the drag given does not lead there, twelve directions are tried.
     """
