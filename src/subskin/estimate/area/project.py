@@ -21,6 +21,7 @@ from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
 from .order import by_strongest, whitened
+from .reach import FEW as LANED
 from .reach import crowded, regions_left
 from .scan import taken
 from .tops import nearby, search
@@ -153,7 +154,7 @@ def _each(
 
     Up to eight frames of one strongest sensor go side by side where regions are asked, and two where nodes are. sums
     (3, 8) keeps chi-square of their readings, what loads beyond are to explain, and chi-square of those that count;
-    asked (2, 8) what `regions_left` is given.
+    asked (3, 8) what `regions_left` is given.
     """
     n = readings.shape[1]
     least = options[2] + options[3]
@@ -182,13 +183,15 @@ def _each(
                 row[_STATUS] = _PENDING
                 continue
             asked[0, k] = total
-            for i in range(n):
+            for i in range(n if n < LANED else 0):
                 wide[i, k] = single[i]
             if inner and not crowded(single, total, total - least, tile, ring[4], ring[5]):
                 asked[1, k] = total - least
         may = _ALL
         if inner:
-            may = _frames(kept, regions_left(wide, asked, tile, ring[0], ring[1], ring[2], ring[3], True, kept))
+            may = _frames(
+                kept, regions_left(singles, wide, asked, tile, ring[0], ring[1], ring[2], ring[3], True, kept)
+            )
         base = tiles[0].shape[0] - n - 2
         for wider in range(2):
             one = -1
@@ -217,7 +220,7 @@ def _each(
                 asked[1, k] = math.inf
         found, kept[0, 0], kept[0, 1] = 1, 0, _ALL  # of no region: all nodes, as of one
         if beyond[0].shape[0] > 0:
-            found = regions_left(wide, asked, tile, beyond[0], beyond[1], beyond[2], beyond[3], False, kept)
+            found = regions_left(singles, wide, asked, tile, beyond[0], beyond[1], beyond[2], beyond[3], False, kept)
         may = _frames(kept, found)
         for k in range(count):
             if (may >> k) & 1 and sums[1, k] < math.inf and outside(
@@ -251,7 +254,7 @@ def project_frames(
     for p in range(lead):
         heights[p] = np.float32(-1)
     fulls, singles, part = np.zeros((EIGHT, n + 1)), np.zeros((EIGHT, n + 1), dtype=np.float32), np.empty(n + 1)
-    wide, asked = np.zeros((n, EIGHT), dtype=np.float32), np.empty((2, EIGHT), dtype=np.float32)
+    wide, asked = np.zeros((n, EIGHT), dtype=np.float32), np.zeros((3, EIGHT), dtype=np.float32)
     sums, kept = np.empty((3, EIGHT)), np.empty((max(far[0][1].size, far[1][1].size) + 1, 2), dtype=np.int64)
     scratch = np.empty((ROWS, n + 1))
     turns = np.empty((2, readings.shape[0] + n + 2), dtype=np.int64)

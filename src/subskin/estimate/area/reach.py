@@ -11,10 +11,12 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..._lanes import alike, answers, eight, where
+from ..._lanes import alike, answers, eight, first_of, where
 
 AT_ONCE = 4
 """Directions whose sums are added up side by side."""
+FEW = 48
+"""Sensors below which frames stand in lanes; of more, a frame by itself keeps the lanes full."""
 _ROUNDING = np.float32(1.0 - 2e-5)
 """Sums in single precision are sure to fewer digits."""
 _NOUGHT, _ONE, _FOUR, _NEVER = np.float32(0), np.float32(1), np.float32(4), np.float32(math.inf)
@@ -35,6 +37,18 @@ def crowded(single, total, least, tile, cluster, share):
     return out
 
 
+@compiled(borrows=True)
+def _taken_by_one(directions, begin, count, single):
+    """The squares of what `count` directions from `begin` on take of one frame."""
+    n, taken = directions.shape[1], np.float32(0)
+    for j in range(begin, begin + count):
+        along = np.float32(0)
+        for i in range(n):
+            along += directions[j, i] * single[i]
+        taken += along * along
+    return taken
+
+
 @compiled(inline=True)
 def _taken(directions, begin, count, wide):
     """The squares of what `count` directions from `begin` on take of eight frames."""
@@ -52,12 +66,13 @@ def _taken(directions, begin, count, wide):
 
 
 @compiled(exact=True, borrows=True)
-def regions_left(wide, asked, tile, table, left, directions, seen, some, kept):
+def regions_left(singles, wide, asked, tile, table, left, directions, seen, some, kept):
     """The last regions of which a load may explain enough, into kept (regions, 2), and of which frames: how many.
 
-    wide (n, 8), single: readings in units of noise of eight frames; asked (2, 8): their squares added up, and what is
-    enough, infinite for a frame that is not asked; tile: their strongest sensor, n where it is not sure; some: one
-    region of each frame will do; frames: as bits; the others as of `far.Far`.
+    singles (8, n + 1): readings of eight frames in units of noise, and wide (n, 8) as well where there are less than
+    `FEW` sensors; asked (3, 8): their squares added up, what is enough, infinite for a frame that is not asked, and
+    scratch; tile: their strongest sensor, n where it is not sure; some: one region of each frame will do; frames: as
+    bits; the others as of `far.Far`.
     """
     total, least, until = eight(asked, 0), eight(asked, 8), alike(_NOUGHT)
     until = where(least < _NEVER, until, _NEVER)
@@ -66,17 +81,25 @@ def regions_left(wide, asked, tile, table, left, directions, seen, some, kept):
     regions = table.shape[0]
     while i < regions:
         here, after = np.float32(i), table[i, 2]
-        asked = until <= here
-        if seen[tile, i] == 0 or answers(asked) == 0:
+        asks = until <= here
+        if seen[tile, i] == 0 or answers(asks) == 0:
             i = after
             continue
         square = left[i]
-        taken = _taken(directions, table[i, 0], table[i, 1], wide)
+        if directions.shape[1] < FEW:
+            taken = _taken(directions, table[i, 0], table[i, 1], wide)
+        else:
+            others = answers(asks)
+            while others > 0:
+                lane = first_of(others)
+                others &= others - 1
+                asked[2, lane] = _taken_by_one(directions, table[i, 0], table[i, 1], singles[lane])
+            taken = eight(asked, 16)
         rest = total - taken
         # the bound is (sqrt(taken (1 - square)) + sqrt(rest square))^2; compared without its roots
         a, b = taken * (_ONE - square), rest * square
         over = least - a - b
-        lower = asked & (rest > total * square) & (over > _NOUGHT) & (over * over > a * b * _FOUR)
+        lower = asks & (rest > total * square) & (over > _NOUGHT) & (over * over > a * b * _FOUR)
         until = where(lower, np.float32(after), until)
         may = answers(until <= here)
         if may == 0:
