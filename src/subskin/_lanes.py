@@ -229,7 +229,7 @@ class _Where(AbstractTemplate):
         return kind and signature(kind, _ASKED, *(one if isinstance(one, Lanes) else kind.number for one in args[1:]))
 
 
-def _place(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> tuple[Any, int]:
+def _begin(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> tuple[Any, int]:
     """Where eight numbers of an array begin, and how each of them is aligned."""
     array = context.make_array(made.args[0])(context, builder, args[0])
     number = context.get_data_type(made.args[0].dtype)
@@ -239,14 +239,14 @@ def _place(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> tupl
 
 @lower_builtin(eight, types.Array, types.Integer)
 def _eight(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
-    place, aligned = _place(context, builder, made, args)
-    return builder.load(place, align=aligned)
+    begin, aligned = _begin(context, builder, made, args)
+    return builder.load(begin, align=aligned)
 
 
 @lower_builtin(put, types.Array, types.Integer, Lanes)
 def _put(context: Any, builder: Any, made: Any, args: tuple[Any, ...]) -> Any:
-    place, aligned = _place(context, builder, made, args)
-    builder.store(args[2], place, align=aligned)
+    begin, aligned = _begin(context, builder, made, args)
+    builder.store(args[2], begin, align=aligned)
     return context.get_dummy_value()
 
 

@@ -54,7 +54,7 @@ def _taken(directions, begin, count, wide):
     """The squares of what `count` directions from `begin` on take of eight frames."""
     n, taken = directions.shape[1], alike(_NOUGHT)
     for j in range(begin, begin + count, AT_ONCE):
-        c0 = c1 = c2 = c3 = alike(_NOUGHT)
+        c0, c1, c2, c3 = alike(_NOUGHT), alike(_NOUGHT), alike(_NOUGHT), alike(_NOUGHT)
         for i in range(n):
             w = eight(wide, 8 * i)
             c0 += w * directions[j, i]

@@ -25,7 +25,7 @@ def _shares(readings, k, basis, at, nodes, c, d):
     readings: k of the one, then k of the other.
     """
     for p in range(0, 3 * nodes, 2 * EIGHT):
-        c0 = c1 = d0 = d1 = alike(NOUGHT)
+        c0, c1, d0, d1 = alike(NOUGHT), alike(NOUGHT), alike(NOUGHT), alike(NOUGHT)
         for i in range(k):
             here = at + k * p + 2 * EIGHT * i
             r, s, b0, b1 = readings[i], readings[k + i], eight(basis, here), eight(basis, here + EIGHT)
@@ -42,7 +42,7 @@ def _shares(readings, k, basis, at, nodes, c, d):
 @compiled(inline=True)
 def shares_of_eight(w, n, basis, at, k):
     """What the basis (3, k, 8) of eight nodes side by side takes of n readings; it begins at `at`."""
-    c0 = c1 = c2 = alike(NOUGHT)
+    c0, c1, c2 = alike(NOUGHT), alike(NOUGHT), alike(NOUGHT)
     for i in range(n):
         r, here = w[i], at + EIGHT * i
         c0 += eight(basis, here) * r
