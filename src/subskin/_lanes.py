@@ -138,7 +138,7 @@ def _operator(symbol: Any, name: str) -> None:
     """Let Numba type and compile an operator of two."""
     asks, joins = symbol in _COMPARED, symbol in _JOINED
 
-    @infer_global(symbol)  # type: ignore[no-untyped-call]
+    @infer_global(symbol)
     class Operator(AbstractTemplate):
         def generic(self, args: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
             kind = _same(*args) if len(args) == 2 else None
@@ -159,7 +159,7 @@ for _symbol, _name in (_RECKONED | _COMPARED | _JOINED).items():
     _operator(_symbol, _name)
 
 
-@infer_global(operator.neg)  # type: ignore[no-untyped-call]
+@infer_global(operator.neg)
 class _Negative(AbstractTemplate):
     def generic(self, args: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
         return signature(args[0], args[0]) if isinstance(args[0], Lanes) else None
@@ -220,7 +220,7 @@ def _type_of_root(context: Any) -> Any:
     return lambda lanes: lanes
 
 
-@infer_global(where)  # type: ignore[no-untyped-call]
+@infer_global(where)
 class _Where(AbstractTemplate):
     def generic(self, args: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
         if args[0] == types.boolean:

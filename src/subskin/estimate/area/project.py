@@ -1,8 +1,9 @@
-"""The compiled heart of `locate` on an area: variable projection, one frame at a time.
+"""The compiled heart of `locate` on an area: variable projection of each frame.
 
-Frames of one strongest sensor go one after another: its tile is then read from near by. Scan S over that tile
-(`scan.py`), climb from its highest nodes (`climb.py`); where what is left is more than noise, over the whole grid, then
-over a finer one. Where no load further out could explain the readings (`reach.py`), a tile over the sensors is enough.
+Frames of one strongest sensor go one after another (`order.py`): its tile is then read from near by, and what is asked
+of all alike is asked of eight. Scan S over that tile (`scan.py`), climb from its highest nodes (`tops.py`); where what
+is left is more than noise, over the whole grid, then over a finer one. Where no load further out could explain the
+readings (`reach.py`), a tile over the sensors is enough.
 Judge, look round the top, at the sides of the search and beyond, and write a row. Only arrays and numbers go in and
 out: `locator.py` prepares them, `estimate/layout.py` names the columns.
 """
