@@ -59,4 +59,4 @@ def test_what_is_no_number_is_in_no_order():
 
 @pytest.mark.parametrize("bits", [1, 0b10100, 0b10000000])
 def test_the_first_lane_of_some(bits):
-    assert nb.njit(lambda said: first_of(said))(bits) == first_of(bits) == bin(bits)[::-1].index("1")
+    assert nb.njit(lambda said: first_of(said))(bits) == first_of(bits) == bin(bits)[::-1].index("1")  # noqa: PLW0108
