@@ -8,7 +8,7 @@ from numba import typeof
 
 import subskin as ss
 from subskin.estimate.area.far import far_from, nodes_of
-from subskin.estimate.area.reach import may_reach, region_from
+from subskin.estimate.area.reach import crowded, regions_left
 from subskin.estimate.area.tiles import boxes_beyond, nodes_beyond
 
 D = 2e-3  # m
@@ -18,6 +18,26 @@ HALF = 1.5 * D  # of the array
 
 def finger_of(transducer, noise=1.0):
     return ss.Finger(ss.HalfSpace(RUBBER), ss.SensorArray.grid((4, 4), D, D, transducer=transducer, noise=noise))
+
+
+def left_of(frames, least, tile, far, some=False):
+    """The last regions left of up to eight frames (m, n), one list a frame."""
+    (m, n), count = frames.shape, len(far.table)
+    singles, wide = np.zeros((8, n + 1), dtype=np.float32), np.zeros((n, 8), dtype=np.float32)
+    singles[:m, :n], wide[:, :m] = frames, frames.T
+    asked = np.full((3, 8), np.inf, dtype=np.float32)
+    asked[0, :m], asked[1, :m] = np.square(frames).sum(axis=1), least
+    kept = np.zeros((count + 1, 2), dtype=np.int64)
+    found = regions_left(singles, wide, asked, tile, *far[:4], some, kept)
+    return [[int(i) for i, frames_of in kept[:found] if frames_of >> k & 1] for k in range(m)]
+
+
+def may_reach(w, least, tile, far):
+    """Whether a load of any region may explain `least` of one frame."""
+    single, total = np.append(w, 0.0).astype(np.float32), float(w @ w)
+    return not crowded.py_func(single, total, least, tile, far.cluster, far.share) and any(
+        left_of(w[None], [least], tile, far, True)
+    )
 
 
 def explained(basis, w):
@@ -43,9 +63,7 @@ def test_no_far_load_explains_more_than_its_bound(transducer, friction, leaves):
     for k in rng.integers(0, len(at), 200):
         w = spans[k] @ rng.normal(size=spans.shape[-1])
         w = 1e3 * w / np.linalg.norm(w) + rng.normal(size=16) * rng.choice([1.0, 100.0])
-        total, most = float(w @ w), float(explained(basis, w[None, None]).max())
-        single = np.append(w, 0.0).astype(np.float32)
-        assert may_reach(single, total, most, 16, *far)
+        assert may_reach(w, float(explained(basis, w[None, None]).max()), 16, far)
 
 
 def test_regions_are_ruled_out_where_their_bound_is_too_low():
@@ -61,9 +79,9 @@ def test_regions_are_ruled_out_where_their_bound_is_too_low():
     frames = finger.read(ss.PointLoad(force=np.ones(300), angle=0.4, position=at))
     frames *= 300.0 / np.linalg.norm(frames, axis=1, keepdims=True)
     frames += rng.normal(size=frames.shape) * rng.choice([1.0, 40.0], (300, 1))
-    found = []
-    for w, share in zip(frames, rng.uniform(0.5, 1.0, 300), strict=True):
-        total, i = float(w @ w), 0
+    found, shares = [], rng.uniform(0.5, 1.0, 300)
+    for w, share in zip(frames, shares, strict=True):
+        total, i, still = float(w @ w), 0, []
         while i < len(far.table):
             begin, count, after, last = far.table[i]
             taken = float(np.square(far.directions[begin : begin + count].astype(float) @ w).sum())
@@ -73,15 +91,19 @@ def test_regions_are_ruled_out_where_their_bound_is_too_low():
                 bound = (np.sqrt(taken * (1 - leaves)) + np.sqrt(rest * leaves)) ** 2
             if bound < share * total:
                 i = after
-            elif last:
-                break
-            else:
-                i += 1
-        single = np.append(w, 0.0).astype(np.float32)
-        found.append(region_from(0, single, total, share * total, 16, *far[:4]))
-        assert found[-1] == i
-    assert len(set(found)) > 10
-    assert 0.1 < np.mean(np.array(found) == len(far.table)) < 0.9
+                continue
+            if last:
+                still.append(i)
+            i += 1
+        found.append(still)
+    least = shares * np.square(frames).sum(axis=1)
+    for begin in range(0, 300, 8):
+        some = slice(begin, begin + 8)
+        assert left_of(frames[some], least[some], 16, far) == found[some]
+        first = [still[:1] for still in found[some]]
+        assert left_of(frames[some], least[some], 16, far, True) == first
+    assert len({tuple(still) for still in found}) > 10
+    assert 0.1 < np.mean([still == [] for still in found]) < 0.9
 
 
 @pytest.mark.parametrize("transducer", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
@@ -104,11 +126,9 @@ def test_a_load_beyond_has_a_node_in_a_region_that_may_reach(transducer):
     made *= 1e3 / np.linalg.norm(made, axis=1, keepdims=True)
     basis, fewest = np.linalg.qr(response(nodes[:, :2]))[0], len(nodes)
     for w in made:
-        single, total, tile = np.append(w, 0.0).astype(np.float32), float(w @ w), int(np.abs(w).argmax())
-        looked, i = [], region_from(0, single, total, total, tile, *far[:4])
-        while i < len(held):
+        total, looked = float(w @ w), []
+        for i in left_of(w[None], [total], int(np.abs(w).argmax()), far)[0]:
             looked += list(members[begin[i] : begin[i + 1]])
-            i = region_from(i + 1, single, total, total, tile, *far[:4])
         share = ((w @ basis[looked]) ** 2).sum(axis=-1) / total
         assert (share >= nodes[looked, 3]).any()
         fewest = min(fewest, len(set(looked)))
@@ -137,8 +157,7 @@ def test_loads_are_asked_of_sensors_that_may_read_them_most():
     made = np.einsum("pnj,pj->pn", finger.receptive_field(at), force)
     made *= 1e3 / np.linalg.norm(made, axis=1, keepdims=True)
     for w in made:
-        single = np.append(w, 0.0).astype(np.float32)
-        assert may_reach(single, float(w @ w), 0.99 * float(w @ w), int(np.abs(w).argmax()), *far)
+        assert may_reach(w, 0.99 * float(w @ w), int(np.abs(w).argmax()), far)
 
 
 def test_most_touches_over_the_sensors_need_no_look_elsewhere():
@@ -149,21 +168,8 @@ def test_most_touches_over_the_sensors_need_no_look_elsewhere():
     at = rng.uniform(-HALF, HALF, (400, 2))
     frames = finger.read(ss.PointLoad(force=np.ones(400), angle=rng.uniform(0, 0.6, 400), position=at))
     frames *= 3e3 / np.linalg.norm(frames, axis=1, keepdims=True)
-    needed = [
-        may_reach(
-            np.append(w, 0.0).astype(np.float32), float(w @ w), float(w @ w) - 100.0, int(np.abs(w).argmax()), *far
-        )
-        for w in frames
-    ]  # fmt: skip
+    needed = [may_reach(w, float(w @ w) - 100.0, int(np.abs(w).argmax()), far) for w in frames]
     assert np.mean(needed) < 0.3
-
-
-def test_of_no_region_anything_is_possible():
-    box = np.array([[-2.0, 2.0]] * 2) * D
-    finger = finger_of(ss.NormalStrain())
-    far, _ = far_from(finger.locator().response, finger.array.points, np.ones(16), box, box, D, 1.0, 0.03)
-    assert far.table.shape[0] == 0
-    assert may_reach(np.zeros(17, dtype=np.float32), 0.0, 1.0, 16, *far)
 
 
 def test_no_region_and_many_are_one_compilation():

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.estimate.area.project import by_strongest
+from subskin.estimate.area.order import by_strongest
 
 
-def ordered(readings, rows):
+def ordered(readings, rows, strong=0.0):
     """Strongest sensors, and the order of frames."""
     (frames, n), integer = readings.shape, np.int64
     hot, order = np.full(frames, -1, dtype=integer), np.full(frames, -1, dtype=integer)
-    start = np.full(n + 1, 7, dtype=integer)
-    by_strongest(readings, rows, hot, start, order)
+    start = np.full(n + 2, 7, dtype=integer)
+    by_strongest(readings, rows, strong, hot, start, order)
     return hot, order
 
 
@@ -25,6 +25,15 @@ def test_frames_of_one_strongest_sensor_stand_together():
     hot, order = ordered(readings, rows)
     assert np.array_equal(hot, np.abs((readings - offset) / noise).argmax(axis=1))
     assert np.array_equal(order, np.argsort(hot, kind="stable"))
+
+
+def test_weak_frames_come_last():
+    readings = np.random.default_rng(2).normal(size=(200, 4))
+    hot, order = ordered(readings, np.stack([np.zeros(4), np.ones(4), np.full(4, -9.0), np.full(4, 9.0)]), 1.5)
+    weak = np.abs(readings).max(axis=1) < 1.5
+    assert 10 < weak.sum() < 190
+    assert np.array_equal(hot == 4, weak)
+    assert set(order[-weak.sum() :]) == set(np.flatnonzero(weak))
 
 
 @pytest.mark.parametrize("frames", [0, 1])
@@ -39,8 +48,10 @@ def test_a_frame_that_lacks_a_sensor_has_its_turn():
     assert sorted(order) == [0, 1, 2, 3]
 
 
-def test_frames_one_by_one_in_any_turn_or_at_once_give_the_same():
-    array = ss.SensorArray.grid((4, 4), 2e-3, 2e-3, transducer=ss.MeanPressure(), noise=400.0)
+@pytest.mark.parametrize("side", [4, 7], ids=["in lanes", "one by one"])
+def test_frames_one_by_one_in_any_turn_or_at_once_give_the_same(side):
+    """Neither the frames that bounds are asked of side by side nor the one that shares a tile's table count."""
+    array = ss.SensorArray.grid((side, side), 2e-3, 2e-3, transducer=ss.MeanPressure(), noise=400.0)
     finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
     rng = np.random.default_rng(1)
     load = ss.PointLoad(force=rng.uniform(0.2, 1.0, 60), angle=0.3, position=rng.uniform(-4e-3, 4e-3, (60, 2)))

@@ -21,6 +21,7 @@ ORDER = (
     "_presets",
     "_shown",
     "_compiled",
+    "_lanes",
     "_compiling",
     "_frozen",
     "_registry",

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from ..._lanes import answers, nought, root, where
 
 _STEPS, _SHORT = 12, 1e-3
 """Turns on the cone at most; and the last one [rad], after which about a tenth of its square is left."""
@@ -61,30 +62,38 @@ def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
         fit[4], fit[5], fit[6] = c00 * inverse, c01 * inverse, c02 * inverse
         fit[7], fit[8], fit[9], fit[10] = c11 * inverse, c12 * inverse, c22 * inverse, 1.0
     else:
-        on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, fit)
+        (fit[0], fit[1], fit[2], fit[3], fit[4], fit[5], fit[6], fit[7], fit[8], fit[9]) = on_cone(
+            g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, True
+        )
+        fit[10] = 0.0
 
 
 @compiled(inline=True)
-def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
-    """Newton's steps in phi from the direction (c, s) of the drag: the direction they end at, and the last of them."""
-    step = 0.0
+def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s, asked):
+    """Newton's steps in phi from the direction (c, s) of the drag: the direction they end at, and the last, squared.
+
+    A lane that has come to rest moves no more.
+    """
+    last = nought(c) + 1.0
     h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
     half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
     for _ in range(_STEPS):
+        moves = asked & (last >= _SHORT * _SHORT)
         c2, s2 = c * c - s * s, 2.0 * c * s
         along, size = b0 + mu * (b1 * c + b2 * s), g00 + half + h01 * c + h02 * s + across * c2 + twice * s2
         d_along, d_size = mu * (b2 * c - b1 * s), h02 * c - h01 * s + 2.0 * (twice * c2 - across * s2)
         dd_along, dd_size = b0 - along, -h01 * c - h02 * s - 4.0 * (across * c2 + twice * s2)
         slope = 2.0 * d_along * size - along * d_size
         curve = 2.0 * dd_along * size + d_along * d_size - along * dd_size
-        step = -slope / curve if curve < 0.0 else math.copysign(0.1, slope)
-        step = min(max(step, -0.3), 0.3)
+        step = where(curve < 0.0, -slope / curve, where(slope < 0.0, nought(c) - 0.1, nought(c) + 0.1))
+        step = where(step > 0.3, 0.3, where(step < -0.3, -0.3, step))
         quarter = 0.25 * step * step  # a turn by twice atan(step / 2), which ends where one by step does
         one, along_it = 1.0 / (1.0 + quarter), 1.0 - quarter
-        c, s = one * (c * along_it - s * step), one * (s * along_it + c * step)
-        if abs(step) < _SHORT:
+        x, y = one * (c * along_it - s * step), one * (s * along_it + c * step)
+        c, s, last = where(moves, x, c), where(moves, y, s), where(moves, step * step, last)
+        if answers(asked & (last >= _SHORT * _SHORT)) == 0:
             break
-    return c, s, step
+    return c, s, last
 
 
 @compiled(inline=True)
@@ -92,65 +101,69 @@ def _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu):
     """The drag's direction of twelve whose load on the cone explains most, and how much; 0 where none presses."""
     h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
     half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
-    best, c, s = 0.0, 1.0, 0.0
+    best, c, s = nought(g00), nought(g00) + 1.0, nought(g00)
     for k in range(_DIRECTIONS.shape[0]):
         x, y = _DIRECTIONS[k, 0], _DIRECTIONS[k, 1]
         along = b0 + mu * (b1 * x + b2 * y)
         size = g00 + half + h01 * x + h02 * y + across * (x * x - y * y) + 2.0 * twice * x * y
-        if along > 0.0 and along * along > best * size:
-            best, c, s = along * along / size, x, y
+        better = (along > 0.0) & (along * along > best * size)
+        best, c, s = where(better, along * along / size, best), where(better, x, c), where(better, y, s)
     return best, c, s
 
 
-@compiled(borrows=True)
-def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, fit):
-    """The same on the cone: fit[10] is 0. (ty, tz) may be any drag; best is one that points as the best one does.
+@compiled(inline=True)
+def _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
+    """Of e = (1, mu c, mu s): b.e, e.G e, the last two of G e, and how S rises out of the cone."""
+    along = b0 + mu * (b1 * c + b2 * s)
+    g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
+    size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)
+    return along, size, g_e1, g_e2, (b1 * c + b2 * s) * size - along * (g_e1 * c + g_e2 * s)
 
+
+@compiled(borrows=True)
+def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, asked):
+    """The first ten numbers of a fit on the cone, or of eight in lanes, of which those that are asked are sure to hold.
+
+    (ty, tz) may be any drag; best is one that points as the best does.
     Where S has no slope along the cone, and rises out of it, the load is the best there is: S has one top and the cone
     is convex. Where the drag given does not lead there, twelve directions are tried.
     """
-    for k in range(11):
-        fit[k] = 0.0
+    none = nought(g00)
     if mu == 0.0:
-        if b0 > 0.0 and g00 > 0.0:
-            fit[0], fit[3], fit[4] = b0 / g00, b0 * b0 / g00, 1.0 / g00
-        return
+        over = where((b0 > 0.0) & (g00 > 0.0), 1.0 / g00, none)
+        return b0 * over, none, none, b0 * b0 * over, over, none, none, none, none, none
     if mu == math.inf:  # nothing but N >= 0 binds
         det = g11 * g22 - g12 * g12
-        if det > 1e-13 * g11 * g22:
-            ty, tz = (g22 * b1 - g12 * b2) / det, (g11 * b2 - g12 * b1) / det
-            fit[1], fit[2], fit[3] = ty, tz, b1 * ty + b2 * tz
-            fit[7], fit[8], fit[9] = g22 / det, -g12 / det, g11 / det
-        return
-    along = size = out = g_e1 = g_e2 = 0.0
+        over = where(det > 1e-13 * g11 * g22, 1.0 / det, none)
+        ty, tz = (g22 * b1 - g12 * b2) * over, (g11 * b2 - g12 * b1) * over
+        return none, ty, tz, b1 * ty + b2 * tz, none, none, none, g22 * over, -g12 * over, g11 * over
     square = ty * ty + tz * tz
-    known = 0.0 < square < math.inf
-    over = 1.0 / math.sqrt(square) if known else 0.0
-    c, s = over * ty, over * tz
-    for attempt in range(0 if known else 1, 2):
-        if attempt == 1:
-            best, c, s = _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu)
-            if best <= 0.0:
-                return
-        c, s, step = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
-        along = b0 + mu * (b1 * c + b2 * s)
-        g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
-        size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)
-        out = (b1 * c + b2 * s) * size - along * (g_e1 * c + g_e2 * s)
-        if abs(step) < _SHORT and along > 0.0 and out >= 0.0:
-            break
-    n = along / size
-    fit[0], fit[1], fit[2], fit[3] = n, mu * n * c, mu * n * s, along * n
-    # free are N along e = (1, mu c, mu s), and phi along f = (0, -mu s, mu c), in which the cone is curved
+    known = (square > 0.0) & (square < math.inf)
+    over = 1.0 / root(square)
+    c, s = where(known, over * ty, none + 1.0), where(known, over * tz, none)
+    c, s, last = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s, asked & known)
+    along, size, g_e1, g_e2, out = _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
+    found = known & (last < _SHORT * _SHORT) & (along > 0.0) & (out >= 0.0)
+    presses = where(found, none + 1.0, none)
+    lost = asked & (presses < 0.5)
+    if answers(lost) > 0:
+        best, x, y = _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu)
+        x, y, last = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, x, y, lost & (best > 0.0))
+        c, s, presses = where(found, c, x), where(found, s, y), where(found, presses, best)
+        along, size, g_e1, g_e2, out = _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
+    n = where(presses > 0.0, along / size, none)
+    # free are N along e, and phi along f = (0, -mu s, mu c), in which the cone is curved
     cross = mu * (c * g_e2 - s * g_e1)
     pull = out / (mu * along)
     other = mu * mu * (s * s * g11 - 2.0 * s * c * g12 + c * c * g22 + pull)
     det = size * other - cross * cross
-    if not det > 0.0:
-        return
-    i00, i01, i11 = other / det, -cross / det, size / det
+    over = where((presses > 0.0) & (det > 0.0), 1.0 / det, none)
+    i00, i01, i11 = other * over, -cross * over, size * over
+    i00, i01, i11 = where(over > 0.0, i00, none), where(over > 0.0, i01, none), where(over > 0.0, i11, none)
     e1, e2, f1, f2 = mu * c, mu * s, -mu * s, mu * c
-    fit[4], fit[5], fit[6] = i00, i00 * e1 + i01 * f1, i00 * e2 + i01 * f2
-    fit[7] = i00 * e1 * e1 + 2.0 * i01 * e1 * f1 + i11 * f1 * f1
-    fit[8] = i00 * e1 * e2 + i01 * (e1 * f2 + e2 * f1) + i11 * f1 * f2
-    fit[9] = i00 * e2 * e2 + 2.0 * i01 * e2 * f2 + i11 * f2 * f2
+    return (
+        n, n * e1, n * e2, where(presses > 0.0, along * n, none), i00, i00 * e1 + i01 * f1, i00 * e2 + i01 * f2,
+        i00 * e1 * e1 + 2.0 * i01 * e1 * f1 + i11 * f1 * f1,
+        i00 * e1 * e2 + i01 * (e1 * f2 + e2 * f1) + i11 * f1 * f2,
+        i00 * e2 * e2 + 2.0 * i01 * e2 * f2 + i11 * f2 * f2,
+    )  # fmt: skip

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from .reach import AT_ONCE, FEW
 from .tiles import STRONG, Response, orthonormal, strength
 
 __all__ = ["INNER", "Far", "far_from", "nodes_of"]
@@ -26,7 +27,7 @@ _AWAY = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.4, 1.8, 2.4, 3.4, 4.7, 6.3, 8.0, 10.0)
 """Depths beyond these at which positions are looked at."""
 _MARGIN = 1.2
 """How much more than is seen is left of a unit reading, squared."""
-_FEW = 6
+_FEWEST = 6
 """Directions of a region that is not halved."""
 _CLUSTER = 9
 """Sensors round the strongest, itself among them."""
@@ -38,17 +39,18 @@ _Indices: TypeAlias = npt.NDArray[np.intp]
 
 
 class Far(NamedTuple):
-    """Regions, each before its halves; as `reach.may_reach` wants them.
+    """Regions, each before its halves; as `reach.regions_left` wants them.
 
     table (regions, 4): its first direction, how many (none: ask the halves), the region to go on with where the bound
     rules this one out, and whether it is a last one; left (regions,): what its directions leave of a unit reading,
-    squared; directions (all of them, n), of length one; seen (n + 1, regions): whether its loads may be read
+    squared, single; directions (all of them, n), of length one, or zero so that a region has a multiple of
+    `reach.AT_ONCE` where frames stand in lanes; seen (n + 1, regions): whether its loads may be read
     most by a sensor, and at last 1 for frames whose strongest sensor is not sure; cluster (n, 9): the sensors nearest
     to each; share (n + 1,): the most of a load's squares that these get, 1 at last.
     """
 
     table: npt.NDArray[np.int64]
-    left: FloatArray
+    left: npt.NDArray[np.float32]
     directions: npt.NDArray[np.float32]
     seen: npt.NDArray[np.uint8]
     cluster: npt.NDArray[np.int64]
@@ -69,10 +71,10 @@ def far_from(
 
     at = _positions(inner, outer, depth, coarse)
     n = response.sensors
-    if not len(at) or n <= _FEW:
+    if not len(at) or n <= _FEWEST:
         nothing = np.empty((0, n), dtype=np.float32), np.empty((n + 1, 0), dtype=np.uint8)
         index = np.empty((0, 4), dtype=np.int64)
-        return Far(index, np.empty(0), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1)), []
+        return Far(index, np.empty(0, dtype=np.float32), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1)), []
     fields = response(at) * scale[:, None]
     hot = strength(fields, friction)[0] >= STRONG**2
     basis = orthonormal(fields)[0].swapaxes(1, 2)[:, : 3 if friction > 0 else 1]
@@ -83,9 +85,11 @@ def far_from(
     held: list[FloatArray] = []
     _divide(np.arange(len(at)), at, beside, basis, hot, leaves, rows, found, seen, held)
     table = np.array(rows)
+    at_once = AT_ONCE if n < FEW else 1
+    found = [np.append(part, np.zeros((-len(part) % at_once, n)), axis=0) for part in found]
     counts = np.array([len(part) for part in found])
     index = np.column_stack([np.cumsum(counts) - counts, counts, table[:, 0], table[:, 1]]).astype(np.int64)
-    left = np.ascontiguousarray(table[:, 2])  # as where the tree is empty: each kind of array is a compilation
+    left = table[:, 2].astype(np.float32)  # as where the tree is empty: each kind of array is a compilation
     sees = np.append(np.stack(seen, axis=1), np.ones((1, len(rows))), axis=0).astype(np.uint8)
     return Far(index, left, np.concatenate(found).astype(np.float32), sees, *_clusters(points, basis, hot)), held
 
@@ -153,7 +157,7 @@ def _divide(
     row, n = len(rows), basis.shape[2]
     these = np.unique(beside[here])
     directions, left = _directions(basis[these], leaves, min(n - 2, _WIDEST))
-    last = len(here) == 1 or 0 < len(directions) <= _FEW
+    last = len(here) == 1 or 0 < len(directions) <= _FEWEST
     rows.append([0.0, float(last), left])
     found.append(directions)
     seen.append(np.asarray(hot[these].any(axis=0)))

@@ -28,6 +28,12 @@ def cell_of(bits, last):
 
 
 @compiled(inline=True)
+def coefficients(table, k):
+    """The four of f and the four of g in a row of the tables."""
+    return table[k, 0], table[k, 1], table[k, 2], table[k, 3], table[k, 4], table[k, 5], table[k, 6], table[k, 7]
+
+
+@compiled(inline=True)
 def field_at(sensors, first, table, terms, y, z, a, whole):
     """Fill a (14, n): 0 dy, 1 dz, 5 f, 6 the slope of f over -2 dy or -2 dz, 7 g, 8 the same of g; or 5 to 13 columns.
 
@@ -50,9 +56,7 @@ def field_at(sensors, first, table, terms, y, z, a, whole):
 @compiled(inline=True)
 def _series(sensors, table, y, z, a):
     """Rows 0, 1 and 5 to 8 by the series."""
-    f0, f1, f2, f3, g0, g1, g2, g3 = (
-        table[0, 0], table[0, 1], table[0, 2], table[0, 3], table[0, 4], table[0, 5], table[0, 6], table[0, 7]
-    )  # fmt: skip
+    f0, f1, f2, f3, g0, g1, g2, g3 = coefficients(table, 0)
     for i in range(sensors.shape[1]):
         dy, dz, q = sensors[0, i] - y, sensors[1, i] - z, sensors[2, i]
         x = 1.0 / (1.0 + (dy * dy + dz * dz) * q)

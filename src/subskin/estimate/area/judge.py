@@ -11,11 +11,12 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from ..._lanes import EIGHT, answers, one_of
 from ..layout import AREA
 from .climb import ROUND, climb, drops
 from .cone import eliminate
 from .fall import beyond_near, falls
-from .reach import crowded, region_from
+from .scan import shares_of_eight
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and four more."""
@@ -127,21 +128,28 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
     least = options[5]
     reach = max(6.0 * math.sqrt(largest), least)
     wide = max(1.8 * reach, reach + 1.5 * max(hy, hz))
+    enough = fit[3] - options[3]
+    nearly, inverse = np.float32((1.0 - 1e-6) * enough), 1.0 / (yy * zz - yz * yz)
     j0, j1 = max(int((y - wide - origin[t, 0]) / hy), 0), min(int((y + wide - origin[t, 0]) / hy) + 2, rows)
-    k0, k1 = max(int((z - wide - origin[t, 1]) / hz), 0), min(int((z + wide - origin[t, 1]) / hz) + 2, columns)
     for j in range(j0, j1):
-        for e in range(k0, k1):
-            dy, dz = origin[t, 0] + j * hy - y, origin[t, 1] + e * hz - z
-            far = (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) / (yy * zz - yz * yz)
-            if not (far > 36.0 and least * least < dy * dy + dz * dz < wide * wide):
-                continue
-            p = j * stride + e
-            c0, c1, c2 = node_shares(w, basis, index[t, 2] + 3 * padded * p, padded, n)
-            if c0 * c0 + c1 * c1 + c2 * c2 < fit[3] - options[3]:
-                continue  # not even a load that pulls
-            at_node(shapes, index[t, 4] + p, nodes, c0, c1, c2, options[0], trial)
-            if trial[3] > fit[3] - options[3]:
-                return True
+        dy = origin[t, 0] + j * hy - y
+        away = math.sqrt(max(wide * wide - dy * dy, 0.0))
+        k0, k1 = max(int((z - away - origin[t, 1]) / hz), 0), min(int((z + away - origin[t, 1]) / hz) + 2, columns)
+        begin, end = j * stride + k0, j * stride + k1
+        for p in range(begin - begin % EIGHT, end, EIGHT):
+            c0, c1, c2 = shares_of_eight(w, n, basis, index[t, 2] + 3 * padded * p, padded)
+            some = answers(c0 * c0 + c1 * c1 + c2 * c2 >= nearly)  # of the others not even a load that pulls is enough
+            for lane in range(EIGHT if some > 0 else 0):
+                e = p + lane - j * stride
+                if (some >> lane) & 1 == 0 or not k0 <= e < k1:
+                    continue
+                dz = origin[t, 1] + e * hz - z
+                far = (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) * inverse
+                if far > 36.0 and least * least < dy * dy + dz * dz < wide * wide:
+                    s0, s1, s2 = one_of(c0, lane), one_of(c1, lane), one_of(c2, lane)
+                    at_node(shapes, index[t, 4] + p + lane, nodes, s0, s1, s2, options[0], trial)
+                    if trial[3] > enough:
+                        return True
     return False
 
 
@@ -239,31 +247,24 @@ def look_round(w, near, sensors, first, table, terms, options, fit, row, scratch
 
 @compiled(borrows=True)
 def outside(
-    w, single, total, sensors, first, table, terms, tiles, nodes, beyond, held, members, tile, least, options, boxes,
-    scratch, whole, tried, fits,
+    w, single, sensors, first, table, terms, tiles, nodes, held, members, kept, lane, least, options, boxes, scratch,
+    whole, tried, fits,
 ):  # fmt: skip
     """Whether S reaches `least` at a side of the search, or beyond.
 
-    Climbs begin at the best node of each box, of the regions that may reach it; tried (nodes,): scratch.
+    Climbs begin at the best node of each box, of the regions that may reach it: those kept of the frame in `lane`, as
+    of `reach.regions_left`. held, members: as of `far.nodes_of`; tried (nodes,): scratch.
     """
     index, _, _, basis, shapes = tiles
     padded, m, count, n = index[0, 1], index[0, 3], index[0, 6], w.size
-    regions, left, directions, seen, cluster, share = beyond
-    last = held.size - 1
-    i = last
-    if regions.shape[0] == 0:
-        i = 0
-    elif not crowded(single, total, least, tile, cluster, share):
-        i = region_from(0, single, total, least, tile, regions, left, directions, seen)
-    if i == last:
-        return False
     trial, top, best = fits[0], fits[2, :4], fits[2, 4:8]
     for b in range(4):
         top[b], best[b] = least, -1.0
     for p in range(count):
         tried[p] = np.float32(0)
-    while i < last:
-        for e in range(held[i], held[i + 1]):
+    for r in range(kept.shape[0]):
+        i = kept[r, 0]
+        for e in range(held[i], held[i + 1] if (kept[r, 1] >> lane) & 1 else held[i]):
             p = members[e]
             if tried[p] > 0:
                 continue
@@ -275,9 +276,6 @@ def outside(
             at_node(shapes, index[0, 4] + p, m, c0, c1, c2, options[0], trial)
             if trial[3] >= needed * top[b]:
                 top[b], best[b] = trial[3] / needed, float(p)
-        if regions.shape[0] == 0:
-            break
-        i = region_from(i + 1, single, total, least, tile, regions, left, directions, seen)
     for b in range(4):
         if best[b] >= 0.0:
             p = int(best[b])

@@ -1,4 +1,8 @@
-"""Compiled: whether a load far from the sensors could explain a frame, by bounds alone (`far.py`)."""
+"""Compiled: whether a load far from the sensors could explain a frame, by bounds alone (`far.py`).
+
+Eight frames go through the tree of regions side by side, each in its lane: which region is next is then asked once for
+all of them, and a lane that is done with a part of the tree waits for the others.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +11,15 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from ..._lanes import alike, answers, eight, first_of, where
 
-_ROUNDING = 1.0 - 2e-5
+AT_ONCE = 4
+"""Directions whose sums are added up side by side."""
+FEW = 48
+"""Sensors below which frames stand in lanes; of more, a frame by itself keeps the lanes full."""
+_ROUNDING = np.float32(1.0 - 2e-5)
 """Sums in single precision are sure to fewer digits."""
+_NOUGHT, _ONE, _FOUR, _NEVER = np.float32(0), np.float32(1), np.float32(4), np.float32(math.inf)
 
 
 @compiled(inline=True)
@@ -28,43 +38,79 @@ def crowded(single, total, least, tile, cluster, share):
 
 
 @compiled(borrows=True)
-def region_from(i, single, total, least, tile, table, left, directions, seen):
-    """The first of the last regions, from region i on, of which a load may explain `least`; their number if none."""
-    regions, n = table.shape[0], directions.shape[1]
-    while i < regions:
-        if seen[tile, i] == 0:
-            i = table[i, 2]
-            continue
-        begin, count = table[i, 0], table[i, 1]
-        if count > 0:
-            taken = np.float32(0)
-            for j in range(begin, begin + count):
-                along = np.float32(0)
-                for e in range(n):
-                    along += directions[j, e] * single[e]
-                taken += along * along
-            rest, square = total - taken, left[i]
-            # the bound is (sqrt(taken (1 - square)) + sqrt(rest square))^2; compared without its roots
-            over = _ROUNDING * least - taken * (1.0 - square) - rest * square
-            if rest > square * total and over > 0.0 and over * over > 4.0 * taken * (1.0 - square) * rest * square:
-                i = table[i, 2]
-                continue
-        if table[i, 3] == 1:
-            return i
-        i += 1
-    return regions
+def _taken_by_one(directions, begin, count, single):
+    """The squares of what `count` directions from `begin` on take of one frame."""
+    n, taken = directions.shape[1], np.float32(0)
+    for j in range(begin, begin + count):
+        along = np.float32(0)
+        for i in range(n):
+            along += directions[j, i] * single[i]
+        taken += along * along
+    return taken
 
 
-@compiled(borrows=True)
-def may_reach(single, total, least, tile, table, left, directions, seen, cluster, share):
-    """Whether chi-square explained by a load of any region may be `least`; of no region: it may.
+@compiled(inline=True)
+def _taken(directions, begin, count, wide):
+    """The squares of what `count` directions from `begin` on take of eight frames."""
+    n, taken = directions.shape[1], alike(_NOUGHT)
+    for j in range(begin, begin + count, AT_ONCE):
+        c0, c1, c2, c3 = alike(_NOUGHT), alike(_NOUGHT), alike(_NOUGHT), alike(_NOUGHT)
+        for i in range(n):
+            w = eight(wide, 8 * i)
+            c0 += w * directions[j, i]
+            c1 += w * directions[j + 1, i]
+            c2 += w * directions[j + 2, i]
+            c3 += w * directions[j + 3, i]
+        taken += (c0 * c0 + c1 * c1) + (c2 * c2 + c3 * c3)
+    return taken
 
-    single (n + 1,): readings in units of noise, whose squares add up to `total`; tile: the strongest of them, n where
-    it is not sure; the others as of `far.Far`.
+
+@compiled(exact=True, borrows=True)
+def regions_left(singles, wide, asked, tile, table, left, directions, seen, some, kept):
+    """The last regions of which a load may explain enough, into kept (regions, 2), and of which frames: how many.
+
+    singles (8, n + 1): readings of eight frames in units of noise, and wide (n, 8) as well where there are less than
+    `FEW` sensors; asked (3, 8): their squares added up, what is enough, infinite for a frame that is not asked, and
+    scratch; tile: their strongest sensor, n where it is not sure; some: one region of each frame will do; frames: as
+    bits; the others as of `far.Far`.
     """
+    total, least, until = eight(asked, 0), eight(asked, 8), alike(_NOUGHT)
+    until = where(least < _NEVER, until, _NEVER)
+    least = least * _ROUNDING
+    i = found = 0
     regions = table.shape[0]
-    if regions == 0:
-        return True
-    if crowded(single, total, least, tile, cluster, share):
-        return False
-    return region_from(0, single, total, least, tile, table, left, directions, seen) < regions
+    while i < regions:
+        here, after = np.float32(i), table[i, 2]
+        asks = until <= here
+        if seen[tile, i] == 0 or answers(asks) == 0:
+            i = after
+            continue
+        square = left[i]
+        if directions.shape[1] < FEW:
+            taken = _taken(directions, table[i, 0], table[i, 1], wide)
+        else:
+            others = answers(asks)
+            while others > 0:
+                lane = first_of(others)
+                others &= others - 1
+                asked[2, lane] = _taken_by_one(directions, table[i, 0], table[i, 1], singles[lane])
+            taken = eight(asked, 16)
+        rest = total - taken
+        # the bound is (sqrt(taken (1 - square)) + sqrt(rest square))^2; compared without its roots
+        a, b = taken * (_ONE - square), rest * square
+        over = least - a - b
+        lower = asks & (rest > total * square) & (over > _NOUGHT) & (over * over > a * b * _FOUR)
+        until = where(lower, np.float32(after), until)
+        may = answers(until <= here)
+        if may == 0:
+            i = after
+            continue
+        if table[i, 3] == 1:
+            kept[found, 0], kept[found, 1] = i, may
+            found += 1
+            if some:
+                until = where(until <= here, _NEVER, until)
+                if answers(until < _NEVER) == 0:
+                    break
+        i += 1
+    return found

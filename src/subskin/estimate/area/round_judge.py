@@ -7,7 +7,7 @@ import math
 from ..._compiled import compiled
 from .judge import FINE
 from .round_climb import round_climb, round_curvature
-from .scan import scan
+from .scan import taken, within
 
 MORE = 6
 """Climbs of `further_tops`."""
@@ -120,25 +120,17 @@ def contact_outside(
 
     picked (4, 4): scratch, of each box the best node of the scans: what S may be near it, y, z, q; trials: two fits.
     """
-    index, origin, near, basis, shapes = tiles
+    index, origin, _, _, shapes = tiles
     for b in range(4):
         picked[b, 0] = seen
         picked[b, 3] = -1.0
     for j in range(widths.size):
         e = t + j * (w.size + 1)
-        i0, k, m, count, start = index[e, 0], index[e, 1], index[e, 3], index[e, 6], int(origin[e, 0])
+        m, count, start = index[e, 3], index[e, 6], int(origin[e, 0])
         if count == 0:
             continue
-        scan(
-            single,
-            near[i0 : i0 + k],
-            basis[index[e, 2] : index[e, 2] + 3 * k * m].reshape((k, 3 * m)),
-            shapes[index[e, 4] : index[e, 4] + 9 * m].reshape((9, m)),
-            mu,
-            c,
-            s[:m],
-            False,
-        )
+        taken(single, single, tiles, e, c, c)
+        within(shapes[index[e, 4] : index[e, 4] + 9 * m].reshape((9, m)), mu, c, s[:m])
         for p in range(count):
             b = int(nodes[start + p, 2])
             if s[p] >= nodes[start + p, 3] * picked[b, 0]:

@@ -19,9 +19,12 @@ from .climb import FIT, climb
 from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, covariance, is_broad, look_round, unsure, widest_variance
-from .project import FEW, MOST_CHI2, search, strongest, whitened
+from .order import strongest, whitened
+from .project import FEW, MOST_CHI2
 from .round_climb import COLUMNS, SIZE, at_width, round_climb, round_curvature, round_project, shares_of
 from .round_judge import MORE, contact_outside, further_tops, ranked, width_profile
+from .scan import taken
+from .tops import search
 
 _TOPS = 8
 """Tops over position and width that are climbed to from the scan."""
@@ -43,7 +46,7 @@ _PLAIN, _TWISTED = _where(ROUND), _where(TWIST)
 @compiled(borrows=True)
 def _starts(
     w, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, tile, most, share, options,
-    scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts, levels,
+    scratch, whole, c, heights, lead, score, at, fits, part, starts, levels,
 ):  # fmt: skip
     """Best and second-best top of each width into starts (2 widths, 4): S, y, z, q, the highest first; how many.
 
@@ -51,9 +54,11 @@ def _starts(
     """
     count = 0
     for j in range(widths.size):
+        t = tile + j * (w.size + 2)
+        total = taken(single, single, tiles, t, c, c)[0]
         best, second = search(
-            w, single, sensors, first, tables[j], terms, tiles, near_sensors, near_first, tile + j * (w.size + 2), most,
-            share, options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part,
+            w, sensors, first, tables[j], terms, tiles, near_sensors, near_first, t, most, share, options, scratch,
+            whole, total, c, heights, lead, score, at, fits, part,
         )  # fmt: skip
         levels[j] = fits[best, 3] if best >= 0 else 0.0
         for other in range(2):
@@ -121,7 +126,7 @@ def _spread_of_moment(top, fit, point, moves, row, at):
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
-    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, bits,
+    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, full, single, bits,
     part, scratch, whole, score, at, fits, trials, lanes, ratio, more, starts, levels, room, flat, tops, others,
     only, sides, point, bare, columns,
 ):  # fmt: skip
@@ -149,7 +154,7 @@ def _each(
             tile, few, share = (tile, FEW, 0.25) if attempt == 0 else (n + 1, MOST, 0.05)
             begun = _starts(
                 w, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, tile, few, share,
-                options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts, levels,
+                options, scratch, whole, c, heights, lead, score, at, fits, part, starts, levels,
             )  # fmt: skip
             count = _climbed(w, model, mu, box, starts, begun, _NEAR * broad, room, tops, 0, others[0])
             best, second = ranked(tops, count, h, apart)
@@ -163,7 +168,7 @@ def _each(
                     again = hot if top >= strong * strong else n
                 begun = _starts(
                     v, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, again, few,
-                    share, options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts,
+                    share, options, scratch, whole, c, heights, lead, score, at, fits, part, starts,
                     levels,
                 )  # fmt: skip
                 count = _climbed(w, model, mu, box, starts, begun, _NEAR * broad, room, tops, count, others[0])
@@ -315,12 +320,10 @@ def project_round(
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]
-    c, s = np.empty(3 * widest, dtype=np.float32), np.empty(widest, dtype=np.float32)
+    c, s = np.empty(3 * widest + 2 * n + 4, dtype=np.float32), np.empty(widest, dtype=np.float32)
     heights = np.empty(widest + 2 * lead, dtype=np.float32)
     for p in range(lead):
         heights[p] = np.float32(-1)
-    words = np.zeros(widest // 8 + 1, dtype=np.uint64)
-    peak = words.view(np.uint8)
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
     scratch, bits = np.empty((ROWS, n + 1)), single.view(np.int32)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
@@ -336,7 +339,7 @@ def project_round(
     columns = _TWISTED if turned.shape[0] > 0 else _PLAIN
     _each(
         readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
-        outer, nodes, boxes, widths, far, options, box, limits[2], out, c, s, heights, lead, words, peak, full, single,
+        outer, nodes, boxes, widths, far, options, box, limits[2], out, c, s, heights, lead, full, single,
         bits, part, scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more, starts, levels, room,
         flat, tops, others, only, sides, point, np.empty(n + 1), columns,
     )  # fmt: skip

@@ -12,65 +12,84 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from ..._lanes import EIGHT, alike, answers, eight, first_of, put, where
 
 TINY = np.float32(1e-30)
 HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float32(0)
 
 
-@compiled(borrows=True)
-def shares(w, near, basis, c):
-    """What each basis takes of the readings w into c (3 nodes,), and the squares of the readings that count."""
-    k, whole = basis.shape
-    for p in range(whole):
-        c[p] = NOUGHT
-    i, total = 0, NOUGHT
-    while i + 4 <= k:  # four sensors a pass: the running sums go through memory less often
-        w0, w1, w2, w3 = w[near[i]], w[near[i + 1]], w[near[i + 2]], w[near[i + 3]]
-        total += (w0 * w0 + w1 * w1) + (w2 * w2 + w3 * w3)
-        for p in range(whole):
-            c[p] += (w0 * basis[i, p] + w1 * basis[i + 1, p]) + (w2 * basis[i + 2, p] + w3 * basis[i + 3, p])
-        i += 4
-    while i < k:
-        w0, w1 = w[near[i]], w[near[i + 1]]
-        total += w0 * w0 + w1 * w1
-        for p in range(whole):
-            c[p] += w0 * basis[i, p] + w1 * basis[i + 1, p]
-        i += 2
-    return total
+@compiled(exact=True, borrows=True)
+def _shares(readings, k, basis, at, nodes, c, d):
+    """What a basis (3 nodes / 16, k, 16) that begins at `at` takes of two frames, into c and d (3 nodes,).
 
-
-@compiled(borrows=True)
-def shares_by_node(w, basis, nodes, c):
-    """The same of a basis (nodes, 3, k) that lies node by node, in which all sensors count."""
-    k, total = basis.size // (3 * nodes), NOUGHT
-    flat = basis.reshape((basis.size,))
-    most = min(k, w.size)
-    for i in range(most):
-        total += w[i] * w[i]
-    for p in range(nodes):
-        for j in range(3):
-            row, along = flat[(3 * p + j) * k : (3 * p + j + 1) * k], NOUGHT
-            for i in range(most):
-                along += w[i] * row[i]
-            c[j * nodes + p] = along
-    return total
+    readings: k of the one, then k of the other.
+    """
+    for p in range(0, 3 * nodes, 2 * EIGHT):
+        c0, c1, d0, d1 = alike(NOUGHT), alike(NOUGHT), alike(NOUGHT), alike(NOUGHT)
+        for i in range(k):
+            here = at + k * p + 2 * EIGHT * i
+            r, s, b0, b1 = readings[i], readings[k + i], eight(basis, here), eight(basis, here + EIGHT)
+            c0 += b0 * r
+            c1 += b1 * r
+            d0 += b0 * s
+            d1 += b1 * s
+        put(c, p, c0)
+        put(c, p + EIGHT, c1)
+        put(d, p, d0)
+        put(d, p + EIGHT, d1)
 
 
 @compiled(inline=True)
-def scan(w, near, basis, shapes, mu, c, s, by_node):
-    """S at each node into s (nodes,), and the squares of the readings that count.
+def shares_of_eight(w, n, basis, at, k):
+    """What the basis (3, k, 8) of eight nodes side by side takes of n readings; it begins at `at`."""
+    c0, c1, c2 = alike(NOUGHT), alike(NOUGHT), alike(NOUGHT)
+    for i in range(n):
+        r, here = w[i], at + EIGHT * i
+        c0 += eight(basis, here) * r
+        c1 += eight(basis, here + EIGHT * k) * r
+        c2 += eight(basis, here + 2 * EIGHT * k) * r
+    return c0, c1, c2
 
-    w (n,), single; near (k,): the sensors that count, k even; basis (k, 3 nodes); shapes (9, nodes): columns of A in
-    the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22; c (at least 3 nodes): scratch; by_node: as of `Tiles`.
+
+@compiled(exact=True, borrows=True)
+def _shares_by_eights(readings, k, basis, at, nodes, c, d):
+    """The same of a basis (nodes / 8, 3, k, 8)."""
+    for p in range(0, nodes, EIGHT):
+        for j in range(2):
+            out = d if j else c
+            c0, c1, c2 = shares_of_eight(readings[j * k :], k, basis, at + 3 * k * p, k)
+            put(out, p, c0)
+            put(out, nodes + p, c1)
+            put(out, 2 * nodes + p, c2)
+
+
+@compiled(borrows=True)
+def taken(w, v, tiles, t, c, d):
+    """What the basis of each node of tile t takes of two frames w and v (n + 1,), into c and d: 3 nodes and scratch.
+
+    The table is read once for both; one frame may be both. Given are the squares of the readings that count.
     """
-    total = shares_by_node(w, basis, s.size, c) if by_node else shares(w, near, basis, c)
-    within(shapes, mu, c, s)
-    return total
+    index, _, near, basis, _ = tiles
+    i0, k, at, m = index[t, 0], index[t, 1], index[t, 2], index[t, 3]
+    readings, total, other = c[3 * m :], NOUGHT, NOUGHT
+    for i in range(k):
+        r, s = w[near[i0 + i]], v[near[i0 + i]]
+        readings[i], readings[k + i] = r, s
+        total += r * r
+        other += s * s
+    if index[t, 7] == 2:
+        _shares_by_eights(readings, k, basis, at, m, c, d)
+    else:
+        _shares(readings, k, basis, at, m, c, d)
+    return total, other
 
 
 @compiled(inline=True)
 def within(shapes, mu, c, s):
-    """S at each node, of what the basis takes, for loads that press within the cone; as of `scan`."""
+    """S at each node into s (nodes,), for loads that press within the cone, of what the basis takes, c.
+
+    shapes (9, nodes): columns of A in the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22.
+    """
     m = s.size
     steep = np.float32(mu) if mu < math.inf else ONE
     one, square = (ONE if mu < math.inf else NOUGHT), np.float32(mu * mu)
@@ -105,54 +124,60 @@ def _angle2(s, over):
     return x * (ONE + x * (np.float32(1 / 3) + np.float32(8 / 45) * x))
 
 
+@compiled(inline=True)
+def _largest(a, b, c, d):
+    """Of four lanes."""
+    a, b = where(a > b, a, b), where(c > d, c, d)
+    return where(a > b, a, b)
+
+
+@compiled(inline=True)
+def _vertex(heights, q, stride, total, over):
+    """Where the parabola through node q and its neighbours has its top, in rows and columns from it, and its height."""
+    here = heights[q]
+    height, mj, mk, least = here, NOUGHT, NOUGHT, here
+    for j in range(-1, 2):
+        for k in range(-1, 2):
+            least = min(least, heights[q + j * stride + k])
+    if least > NOUGHT:
+        up, down = _angle2(heights[q + stride], over), _angle2(heights[q - stride], over)
+        left, right, middle = _angle2(heights[q + 1], over), _angle2(heights[q - 1], over), _angle2(here, over)
+        gj, gk = HALF * (up - down), HALF * (left - right)
+        hjj, hkk = up - TWO * middle + down, left - TWO * middle + right
+        hjk = np.float32(0.25) * (
+            _angle2(heights[q + stride + 1], over) - _angle2(heights[q + stride - 1], over)
+            - _angle2(heights[q - stride + 1], over) + _angle2(heights[q - stride - 1], over)
+        )  # fmt: skip
+        det = hjj * hkk - hjk * hjk
+        if hjj > NOUGHT and det > np.float32(0.05) * hjj * hkk:
+            mj, mk = (hjk * gk - hkk * gj) / det, (hjk * gj - hjj * gk) / det
+            mj, mk = min(max(mj, -ONE), ONE), min(max(mk, -ONE), ONE)
+            height = max(height, height - total * HALF * (gj * mj + gk * mk))
+    return height, mj, mk
+
+
 @compiled(borrows=True)
-def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
+def peaks(heights, lead, m, stride, total, share, score, at):
     """Nodes above their eight neighbours, the best first, at the top of the parabola through these: their number.
 
     S stands in heights from `lead` on, m nodes in rows of `stride`, of which the last is none, with less than 0 before
-    and after. total: what could be explained; nodes below `share` of the highest are left out. words (at least m / 8)
-    and peak, the same as bytes, of which m are scratch; score (most,), at (most, 2): row and column.
+    and after. total: what could be explained; nodes below `share` of the highest are left out; score (most,), at
+    (most, 2): row and column.
     """
-    most, count = score.size, 0
-    above, under = lead - stride, lead + stride
-    # parts of it, as an index that may be negative would keep the loop from vectors
-    h0, h1, h2 = heights[above - 1 : above - 1 + m], heights[above : above + m], heights[above + 1 : above + 1 + m]
-    h3, h4, h5 = heights[lead - 1 : lead - 1 + m], heights[lead : lead + m], heights[lead + 1 : lead + 1 + m]
-    h6, h7, h8 = heights[under - 1 : under - 1 + m], heights[under : under + m], heights[under + 1 : under + 1 + m]
-    for p in range(m):
-        before, after = max(h0[p], h1[p], h2[p], h3[p]), max(h5[p], h6[p], h7[p], h8[p])
-        peak[p] = (h4[p] > before) & (h4[p] >= after)
-    over = ONE / (total + TINY)
-    for word in range(m // 8):
-        if words[word] == 0:
-            continue
-        for p in range(8 * word, 8 * word + 8):
-            q = lead + p
-            here = heights[q]
-            if peak[p] == 0 or not here > NOUGHT:
-                continue
-            height, row, column = float(here), float(p // stride), float(p % stride)
-            least = here
-            for j in range(-1, 2):
-                for k in range(-1, 2):
-                    least = min(least, heights[q + j * stride + k])
-            if least > NOUGHT:
-                up, down = _angle2(heights[q + stride], over), _angle2(heights[q - stride], over)
-                left, right, middle = (
-                    _angle2(heights[q + 1], over), _angle2(heights[q - 1], over), _angle2(here, over)
-                )  # fmt: skip
-                gj, gk = HALF * (up - down), HALF * (left - right)
-                hjj, hkk = up - TWO * middle + down, left - TWO * middle + right
-                hjk = np.float32(0.25) * (
-                    _angle2(heights[q + stride + 1], over) - _angle2(heights[q + stride - 1], over)
-                    - _angle2(heights[q - stride + 1], over) + _angle2(heights[q - stride - 1], over)
-                )  # fmt: skip
-                det = hjj * hkk - hjk * hjk
-                if hjj > NOUGHT and det > np.float32(0.05) * hjj * hkk:
-                    mj, mk = (hjk * gk - hkk * gj) / det, (hjk * gj - hjj * gk) / det
-                    mj, mk = min(max(mj, -ONE), ONE), min(max(mk, -ONE), ONE)
-                    row, column = row + mj, column + mk
-                    height = max(height, height - total * HALF * (gj * mj + gk * mk))
+    most, count, over = score.size, 0, ONE / (total + TINY)
+    for p in range(lead, lead + m, EIGHT):
+        here, under, beyond = eight(heights, p), p - stride, p + stride
+        before = _largest(
+            eight(heights, under - 1), eight(heights, under), eight(heights, under + 1), eight(heights, p - 1)
+        )
+        after = _largest(
+            eight(heights, p + 1), eight(heights, beyond - 1), eight(heights, beyond), eight(heights, beyond + 1)
+        )
+        above = answers((here > before) & (here >= after) & (here > NOUGHT))
+        while above > 0:
+            q = p + first_of(above)
+            above &= above - 1
+            height, mj, mk = _vertex(heights, q, stride, total, over)
             rank = count
             while rank > 0 and score[rank - 1] < height:
                 rank -= 1
@@ -161,7 +186,7 @@ def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
                     score[e] = score[e - 1]
                     at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
                 score[rank] = height
-                at[rank, 0], at[rank, 1] = row, column
+                at[rank, 0], at[rank, 1] = (q - lead) // stride + mj, (q - lead) % stride + mk
                 count = min(count + 1, most)
     while count > 0 and score[count - 1] < share * score[0]:
         count -= 1

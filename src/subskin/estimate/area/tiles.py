@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from ..._lanes import EIGHT
 from ...prepared import Prepared
 from ...radial import RadialResponse
 
@@ -37,9 +38,10 @@ class Tiles(NamedTuple):
     """Tiles as compiled loops want them.
 
     table (tiles, 8): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
-    then rows, and nodes of a row, the last of which is none; whether the basis lies node by node; origin (tiles, 4): y
-    and z of its first node and both steps, or instead of y the first of `nodes`; near, basis and shapes as of
-    `scan.scan`, one tile after the other. A sensor that is one more than there are reads nothing.
+    then rows, and nodes of a row, the last of which is none; how the basis of k sensors lies: 0 (3 nodes / 16, k, 16),
+    1 (nodes, 3, k), 2 (nodes / 8, 3, k, 8); origin (tiles, 4): y and z of its first node and both steps, or instead of
+    y the first of `nodes`; near: the sensors that count, k even; shapes (9, nodes): as of `scan.within`. All lie one
+    tile after the other. A sensor that is one more than there are reads nothing.
     """
 
     table: npt.NDArray[np.int64]
@@ -137,7 +139,7 @@ class _Builder:
         near: npt.NDArray[np.intp],
         shape: tuple[int, int],
         origin: tuple[float, float, float, float],
-        by_node: bool = False,
+        order: int = 0,
     ) -> None:
         """A tile of nodes that have `fields` (nodes, n, 3), of which the sensors `near` count."""
         basis, shapes = orthonormal(fields[:, near])
@@ -147,9 +149,13 @@ class _Builder:
         at = (np.arange(rows)[:, None] * stride + np.arange(columns)).reshape(-1)
         full, wide = np.zeros((k, 3, nodes)), np.zeros((9, nodes))
         full[: near.size, :, at], wide[:, at] = np.moveaxis(basis, 0, -1), shapes
-        if by_node:  # where single nodes are looked at
+        if order == 0:
+            full = np.ascontiguousarray(full.reshape(k, -1, 2 * EIGHT).swapaxes(0, 1))
+        elif order == 1:  # where single nodes are looked at
             full = np.ascontiguousarray(np.moveaxis(full, -1, 0).swapaxes(1, 2))
-        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], rows, stride, by_node))
+        elif order == 2:  # where those are that stand side by side
+            full = np.ascontiguousarray(full.reshape(k, 3, -1, EIGHT).transpose(2, 1, 0, 3))
+        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], rows, stride, order))
         self.origins.append(origin)
         for i, part in enumerate((np.append(near, [n] * (k - near.size)), full.reshape(-1), wide.reshape(-1))):
             self.parts[i].append(part)
@@ -213,7 +219,7 @@ def _add_tiles(
     build.add(fields, every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
     y, z = _grid(box, finer)
     steps = (float(y[1] - y[0]), float(z[1] - z[0]))
-    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps), True)
+    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps), 2)
 
 
 def _add_sensors(
@@ -276,7 +282,7 @@ def nodes_beyond(
             some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= STRONG**2)
             near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
             start = float(sum(len(part) for part in nodes))
-            build.add(fields[some], near, (1, some.size), (start, 0.0, 0.0, 0.0), not each)
+            build.add(fields[some], near, (1, some.size), (start, 0.0, 0.0, 0.0), int(not each))
             nodes.append(every[some])
     return build.done(), np.concatenate(nodes)
 
