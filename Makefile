@@ -23,7 +23,8 @@ PIP    := $(BIN)/python -m pip install --quiet --no-compile  # Python compiles w
 FLOOR  := .venv-floor
 FLOOR_TESTS := tests/cli/test_commands.py tests/cli/test_fit_decide.py tests/cli/test_pressure.py tests/cli/test_hostile.py \
   tests/unit/test_doors.py tests/unit/test_finger.py tests/unit/test_io_tables.py tests/unit/test_io_units.py \
-  tests/unit/test_io_finger_file.py tests/unit/test_layered.py tests/unit/test_locate.py tests/unit/test_press.py
+  tests/unit/test_io_finger_file.py tests/unit/test_lanes.py tests/unit/test_layered.py tests/unit/test_locate.py tests/unit/test_press.py \
+  tests/unit/test_pressure_area_solver.py
 
 .PHONY: help demo test browser firefox test-floor lint types check docs loops bench study figures clean
 
