@@ -226,7 +226,9 @@ def test_a_doubt_is_a_share_of_what_each_term_makes_of_the_reading():
             expected[held] += p * -np.expm1(-(time[held] - 1.0) / tau)
             expected[gone] += p * -np.expm1(-8.0 / tau) * np.exp(-(time[gone] - 9.0) / tau)
         told = held | gone
-        np.testing.assert_allclose(out.doubt[told, i], doubt * abs(touch[5, i]) * expected[told], atol=1e-7)
+        np.testing.assert_allclose(
+            out.doubt[told, i], doubt * abs(touch[5, i]) * expected[told], atol=1e-7, equal_nan=False
+        )
 
 
 def test_shares_that_differ_from_touch_to_touch_are_a_doubt_and_noise_is_none():

@@ -159,12 +159,14 @@ class Framewise(ABC):
 
     def _doubts(self, raw: FloatArray, doubt: npt.ArrayLike) -> FloatArray:
         """A doubt (f, n) of each reading: 0 where there is none, in units of the linear part of its transducer."""
-        given = np.asarray(doubt, dtype=np.float64)
+        given = _check.readings(doubt, "doubt")
         if given.shape != raw.shape:
             rule = f"one of each reading, {raw.shape}, is needed"
             raise GeometryError(f"doubt of shape {given.shape}", rule, "doubt=tared.doubt")
         if (given < 0).any():
-            raise InvalidValueError(f"doubt = {given.min():.6g}", "has to be >= 0", "a standard deviation [reading]")
+            raise InvalidValueError(
+                f"doubt = {np.nanmin(given):.6g}", "has to be >= 0", "a standard deviation [reading]"
+            )
         if not self._linear:
             moved = np.abs(self._linearised(raw + given) - self._linearised(raw))
             given = np.where(np.isfinite(moved), moved, given)
