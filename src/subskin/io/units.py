@@ -36,7 +36,7 @@ _PLAIN = {
     "Hz": {"Hz": 1.0, "kHz": 1e3},
     "rad": {"rad": 1.0, "deg": math.pi / 180},
 }
-"""Units of most files, in SI: pint, which knows all of them, takes a fifth of the start of a command."""
+"""Units of most files, in SI: pint, which knows all of them, takes long to import."""
 
 
 @cache

@@ -114,7 +114,7 @@ def press(  # type: ignore[misc]  # each takes the names that are listed
         1e-9 if left out, on an area 1e-8.
     max_strain : float or None, optional
         Strain [-] above which the theory of small strains is not believed and an error is raised; np.inf to see anyway.
-        None looks at no strain and warns of none, which takes about half the time in a layer.
+        None looks at no strain and warns of none, which saves time where a body is pressed many times.
 
     Returns
     -------
