@@ -58,6 +58,20 @@ def found():
     }
 
 
+def test_a_sensor_that_only_the_presses_held_out_came_near_says_nothing_of_the_finger():
+    # three presses lie above the first sensor; without them its gain is a seventh, and no such finger is used
+    made = ss.SensorArray(y=[-8.9e-3, -3.15e-3, 3e-3, 9.05e-3], depth=5.4e-3, gain=[-2.2e6, -2.9e6, -3e6, -3.5e6])
+    real = ss.Finger(ss.Layered(ss.Layer(ss.Material(0.2e6, 0.36), 6e-3)), made)
+    at = np.arange(0.5e-3, 30e-3, 2e-3)
+    clean = real.read(ss.LineLoad(13.0, position=at - 8.65e-3))
+    readings = 13e3 / np.abs(clean).max() * clean + np.random.default_rng(0).normal(0.0, 10.0, clean.shape)
+    drawn = ss.Finger(ss.HalfPlane(ss.Material(0.2e6)), replace(finger().array, depth=5e-3))
+    one = ss.calibrate(drawn, readings, at, fit=("gain", "lift", "depth", "origin", "position"))
+    assert min(one.held_out) >= 15
+    assert one.finger.spread.straight.max() < 10
+    assert one.finger.spread.leaning.max() < 10
+
+
 class TestHeldOutPresses:
     @pytest.mark.parametrize("lie", ["between", "gap"])
     def test_95_percent_intervals_hold_the_truth(self, found, lie):

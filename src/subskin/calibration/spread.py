@@ -22,6 +22,8 @@ _FEWEST = 5
 _LEANING = (0.0, 1.0)
 """Friction of loads that press straight down, and of loads that may lean."""
 _SHARE = 0.95
+_KNOWN = 4.0
+"""Ratio of two gains of a sensor, with and without some touches, above which only these touches knew it."""
 _REACH, _STEP = 3.0, 0.5
 """How far beyond the row, and how finely, the spread is written down [depth]: misfit changes within a depth."""
 
@@ -57,9 +59,10 @@ def measured(fit: Any) -> tuple[tuple[float, float], tuple[int, int]]:
 
     `fit` is a solved `fit.Fit`, whose file imports this. Every fifth touch is left out in turn, then each of five
     blocks of neighbours: the first stand for new touches among those of the calibration, the second for touches in a
-    gap. A fold in which the fit cannot do without its touches counts for nothing. With the size for straight and
-    leaning loads comes the number of touches that it rests on; where they are too few, or residuals are noise, it is 1,
-    and the number 0.
+    gap. A fold in which the fit cannot do without its touches counts for nothing: it does not settle, or the gain of a
+    sensor that no other touch came near goes astray, and no such finger is used. With the size for straight and leaning
+    loads comes the number of touches that it rests on; where they are too few, or residuals are noise, it is 1, and the
+    number 0.
     """
     if fit.uncertainty.process is None:
         return (1.0, 1.0), (0, 0)
@@ -79,6 +82,9 @@ def measured(fit: Any) -> tuple[tuple[float, float], tuple[int, int]]:
 def _held_out(fit: Any, rows: npt.NDArray[np.intp], errors: tuple[list[float], list[float]]) -> None:
     """Add to `errors`, of straight and of leaning loads, those of the touches `rows`, located by the others."""
     part = fit.without(rows)
+    gains = np.abs(part.gain / fit.gain)
+    if not ((gains > 1 / _KNOWN) & (gains < _KNOWN)).all():
+        return
     part.uncertainty.process = fit.uncertainty.process  # of all touches it is known best
     finger, origin = part.finger_found(), part.forward.origin(part.p, part.origin)
     truth = fit.positions[rows] - origin

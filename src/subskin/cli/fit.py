@@ -29,8 +29,9 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - --contact hertz --half-width "2 mm" | subskin fit finger.toml - --json
 """
 _NOTES = """\
-A contact has four unknowns: position, force, angle and half width. Any family explains four readings; only more
-sensors can speak against it. Half widths below about a twentieth of the depth are lost: their interval begins at 0.
+A contact has four unknowns: position, force, angle and half width. With four readings a pull or nonsense is
+unexplained, but only more sensors can speak against the family. Half widths below about a twentieth of the depth are
+lost: their interval begins at 0.
 A contact that holds sticks in its middle: without --stick its drag is found too small. Sensors on an area fit round
 contacts, which have six unknowns: two of position, three of force, and the radius; a seventh is the moment about the
 normal, where the sensors see it: those of shear and displacement do; normal strain, pressure and normal stress do not.
