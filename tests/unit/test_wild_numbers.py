@@ -35,6 +35,16 @@ def test_every_status_is_one(verb):
         assert found.status[0] == ss.Status.UNEXPLAINED
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("verb", ["locate", "fit", "decide"])
+def test_on_an_area_too_every_status_is_one(verb):
+    grid = ss.SensorArray.grid((3, 3), 3e-3, depth=3e-3, transducer=ss.MeanPressure(), noise=20.0)
+    pad = ss.Finger(ss.HalfSpace(ss.Material(0.4e6)), grid)
+    frames = np.repeat(pad.read(ss.PointLoad(1.0, position=(1e-3, 0.0)))[None], 5, axis=0)
+    frames[:, 2] = [1e12, 1e70, 1e160, -1e300, 1.7e308]
+    assert (VERBS[verb](pad, frames).status == ss.Status.UNEXPLAINED).all()
+
+
 def test_what_is_masked_is_missing():
     holed = np.where(np.arange(6) == 3, np.nan, TOUCH)
     masked = np.ma.masked_array(np.where(np.arange(6) == 3, 0.5, TOUCH), mask=np.arange(6) == 3)

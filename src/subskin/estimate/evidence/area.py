@@ -37,6 +37,8 @@ _PAIRS, _GAP, _NEAR = 0.5, (0.25, 1.5), 12.0
 where an edge is not less likely than the likeliest kind by more than this, in logarithms."""
 _BEYOND = 0.5
 """Depths beyond the outermost sensors up to which contacts are, if nothing else is said."""
+_LARGEST = 1e100
+"""Noises: what reads more is unexplained as well, and sums of squares stay finite."""
 
 
 class AreaEvidence(Framewise):
@@ -167,7 +169,8 @@ class AreaEvidence(Framewise):
 
         out[:] = np.nan
         usable = ((frames > np.asarray(array.low)) & (frames < np.asarray(array.high))).all(axis=1)
-        w = (frames - np.asarray(array.offset)) / np.asarray(array.noise)
+        with np.errstate(over="ignore"):
+            w = np.clip((frames - np.asarray(array.offset)) / np.asarray(array.noise), -_LARGEST, _LARGEST)
         w[~usable] = 0.0  # these come again, without the sensors that are out
         total = (w * w).sum(axis=1)
         whole = np.full((len(frames), pattern.size), np.nan)
