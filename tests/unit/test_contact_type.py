@@ -1,5 +1,7 @@
 """What the decision of a kind says, and what it does with bad input, odd frames and stated priors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -257,3 +259,19 @@ def test_none_of_these_is_near_to_a_kind_but_off():
     assert str(said.name) == "none of these"
     assert np.isnan([said.position, said.force, said.half_width, said.residual]).all()
     assert int(said.spare) == 2
+
+
+@pytest.mark.parametrize("skin", [ss.Round(ss.Material(1.0), 5.0, 2.5), ss.HalfPlane(ss.Material(1.0))])
+def test_a_load_beyond_the_search_is_no_kind_within_it(skin):
+    """Four sensors, and a side of any width and position: on a round finger one load in seven reads like one."""
+    row = ss.SensorArray.line(4, 1.0, depth=1.0)
+    noise = 1e-3 * np.abs(ss.Finger(skin, row).measure(ss.LineLoad(1.0, position=0.5))).max()
+    tip = ss.Finger(skin, replace(row, noise=noise))
+    rng = np.random.default_rng(3)
+    y = rng.choice([-1, 1], 400) * (1.5 + rng.uniform(1.6, 4.0, 400))
+    readings = tip.read(ss.LineLoad(1.0, rng.uniform(-0.7, 0.7, 400), y), rng)
+    said = contact_type(tip, readings)
+    assert np.mean((said.status == ss.Status.OK) & (np.abs(said.position - y) > 0.3)) <= 0.003
+    found = said.name == "cannot tell"
+    assert (said.status[found] == ss.Status.AMBIGUOUS).all()
+    assert found.mean() > 0.05

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,11 +20,14 @@ from ..estimate.shown import Shown
 from ..finger import Finger, finger_needed
 from ..loads import Load
 from ..prepared import prepared
+from ._elsewhere import beyond_search
 
 __all__ = ["UNDECIDED", "TypeDecision", "contact_type", "usual_kinds"]
 
 UNDECIDED = -1
 """In place of a kind's number where no kind is probable enough."""
+_AMBIGUITY = 13.8
+"""A load beyond the search whose chi-square is within this of the kind's speaks against it, as in `locate`."""
 
 _WEDGE, _PUNCH, _HERTZ = 6**0.5, 2**0.5, 4**0.5
 """Half width over that root: the second moment is a^2/6, a^2/2, a^2/4 (docs/deciding.md)."""
@@ -174,10 +177,14 @@ class TypeDecision(FrameTable):
 
     @property
     def decision(self) -> npt.NDArray[np.intp]:
-        """Number of the kind decided for; `UNDECIDED` (-1) where none is as probable as `sure`."""
-        share = self.probability
+        """Number of the kind decided for; `UNDECIDED` (-1) where none is as probable as `sure`.
+
+        Also where a load beyond the default search explains the frame about as well.
+        """
+        share, elsewhere = self.probability, self.table[..., columns.STATUS] == Status.AMBIGUOUS
         with np.errstate(invalid="ignore"):
-            return np.asarray(np.where(share.max(axis=-1) >= self.sure, self.best, UNDECIDED))
+            sure = (share.max(axis=-1) >= self.sure) & ~elsewhere
+        return np.asarray(np.where(sure, self.best, UNDECIDED))
 
     @property
     def name(self) -> npt.NDArray[np.str_]:
@@ -189,7 +196,7 @@ class TypeDecision(FrameTable):
 
     @property
     def status(self) -> npt.NDArray[np.int8]:
-        """`Status` of each frame; `AMBIGUOUS` where no kind is probable enough."""
+        """`Status` of each frame; `AMBIGUOUS` where no kind is decided for."""
         status = self.table[..., columns.STATUS].astype(np.int8)
         unsure = (status == Status.OK) & (self.decision == UNDECIDED)
         return np.asarray(np.where(unsure, np.int8(Status.AMBIGUOUS), status))
@@ -300,7 +307,7 @@ def contact_type(
         Probability from which on a kind is decided for, in (0.5, 1).
     search : (float, float) or ((float, float), (float, float)), optional
         Where contacts may be, y [m], or y and z; from half a depth before the first sensor to half a depth after the
-        last.
+        last. Without it, a line load farther out that explains a frame as well as its kind leaves it undecided.
     friction : float, optional
         |tan(angle)| is at most this [-].
     false_alarm : float, optional
@@ -348,8 +355,24 @@ def contact_type(
 
     key = ("evidence", chosen, None if ends is None else np.asarray(ends).tobytes(), mu, alarm)
     table, used = prepared(finger).get(key, make)(readings)
-    said = columns.LOCAL if on_area else columns.LONG
-    return TypeDecision(table, used, chosen, float(sure), float(friction), said)
+    if on_area or ends is not None or finger.measured is not None:
+        said = columns.LOCAL if on_area else columns.LONG
+        return TypeDecision(table, used, chosen, float(sure), float(friction), said)
+    return _looked_around(finger, TypeDecision(table, used, chosen, float(sure), float(friction)), readings)
+
+
+def _looked_around(finger: Finger, said: TypeDecision, readings: npt.ArrayLike) -> TypeDecision:
+    """The same, AMBIGUOUS where a load beyond the search explains a frame about as well as its kind."""
+    asked = (said.status == Status.OK) & np.isfinite(said.residual)
+    if not asked.any():
+        return said
+    frames = np.where(said.used, _check.readings(readings), np.nan)[asked]
+    table = np.array(said.table)
+    status = table[..., columns.STATUS]
+    status[asked] = np.where(
+        beyond_search(finger, frames, said.friction) <= said.residual[asked] + _AMBIGUITY, Status.AMBIGUOUS, Status.OK
+    )
+    return replace(said, table=table)
 
 
 def _ends(search: Any) -> Any:
