@@ -241,6 +241,24 @@ def test_batches_broadcast_as_one_by_one(name):
     assert FLAT.stress(batch.expand(1) if batch.shape else batch, np.zeros(0), 0.0, 0.0).xx.shape == (*batch.shape, 0)
 
 
+@pytest.mark.parametrize("skin", [FLAT, ss.Layered(ss.Layer(ss.Material(0.4e6), thickness=5 * A))], ids=["flat", "layer"])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_batch_and_a_single_contact_add_up(skin, swapped):
+    two = ss.PointLoad([1.0, 2.0, 3.0], 0.2), ss.RoundHertz(1.0, half_width=A)
+    one, other = two[::-1] if swapped else two
+    at = A * np.array([[0.7], [2.0]]), 0.3 * A, 0.2 * A
+    for field in (lambda c: tensor(skin.stress(c, *at)), lambda c: skin.displacement(c, *at).x):
+        expected = field(one) + field(other)
+        np.testing.assert_allclose(field(one + other), expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+
+
+def test_projections_answer_at_their_own_edge():
+    disc = ss.FromProjections(ss.Hertz(1.0, half_width=A), 1.0, 0.3)
+    edge, beside = (FLAT.displacement(disc, 0.0, k * A, 0.0) for k in (1.0, 1 - 1e-6))
+    np.testing.assert_allclose([edge.x, edge.y], [beside.x, beside.y], rtol=1e-4)
+    assert FLAT.stress(disc, 0.0, A, 0.0).xx.shape == ()
+
+
 @each
 def test_contacts_travel_and_stay_as_they_are(name):
     contact = LOCAL[name]()

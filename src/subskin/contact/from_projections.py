@@ -178,7 +178,7 @@ class FromProjections(ShapedContact):
             room = 1e-2 * np.abs(np.stack(self._box())).max() + np.zeros(int(on.sum()))
             if isinstance(self.profile, Contact):
                 rings = np.unique(np.abs(np.asarray(self.profile.breaks)))
-                room = np.abs(np.abs(away[on])[:, None] - rings).min(axis=1)
+                room = np.maximum(np.abs(np.abs(away[on])[:, None] - rings).min(axis=1), 1e-9 * room)
             out[:, on] = at_the_surface(lambda depth: self._mean(order, depth, away[on]), room)
             if not on.all():
                 out[:, ~on] = self._mean(order, flat[~on], away[~on])

@@ -340,13 +340,20 @@ class LocalSum(LocalContact):
 
     def transforms(self, x: FloatArray, y: FloatArray, z: FloatArray) -> LocalTransforms:
         """As `local_transforms_of`."""
-        each = (local_transforms_of(part, x, y, z) for part in self.parts)
+        points = self._of_all(x, y, z)
+        each = (local_transforms_of(part, *points) for part in self.parts)
         return reduce(lambda one, two: LocalTransforms(*map(np.add, one, two)), each)
 
     def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
         """As `local_potentials_of`, at `x`, `y`, `z`."""
-        each = (local_potentials_of(part, x, y, z) for part in self.parts)
+        points = self._of_all(x, y, z)
+        each = (local_potentials_of(part, *points) for part in self.parts)
         return reduce(lambda one, two: Potentials(*map(np.add, one, two)), each)
+
+    def _of_all(self, *points: FloatArray) -> list[FloatArray]:
+        """Coordinates in the shape of the whole sum: beside a batch a single contact answers for each of it."""
+        shape = np.broadcast_shapes(self.shape, *(part.shape for part in points))
+        return [np.broadcast_to(part, shape) for part in points]
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:  # noqa: D102
         return reduce(np.logical_or, (part.singular(y, z) for part in self.parts))

@@ -19,7 +19,7 @@ from .fall import beyond_near, falls
 from .scan import shares_of_eight
 
 MOST = 12
-"""Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and four more."""
+"""Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and five more."""
 FINE = 0.03
 """What the last step of a climb may gain."""
 _ASIDE = 2.0
@@ -157,15 +157,21 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
 def beside(w, sensors, first, table, terms, options, best, second, row, scratch, whole, fits):
     """Best and second-best top, where another may stand too near the best one for the scan to tell them apart.
 
-    Few sensors leave pairs of tops a fifth of a depth apart: climb once more from four sides.
+    Few sensors, or strains along the depth where nu < 1/2, leave pairs of tops a fifth of a depth apart and more: climb
+    once more from four sides, and from where a load with the drag reversed would read about the same.
     """
     fit, c = fits[best], _COVARIANCE
     yy, yz, zz = row[c], row[c + 1], row[c + 5]
     turn = 0.5 * math.atan2(2.0 * yz, yy - zz)
     away, spare, y0, z0 = max(_ASIDE * options[5], 3.0 * math.sqrt(widest_variance(row))), MOST, fit[29], fit[30]
-    for side in range(4):
+    along, across = row[c + 12], row[c + 14]
+    to_y = -2.0 * fit[1] * row[c + 3] / along if along > 0.0 else 0.0
+    to_z = -2.0 * fit[2] * row[c + 8] / across if across > 0.0 else 0.0
+    for side in range(5 if abs(to_y) + abs(to_z) < options[10] - options[9] else 4):
         p, to = MOST + 1 + side, turn + 0.5 * math.pi * side
         y, z = y0 + away * math.cos(to), z0 + away * math.sin(to)
+        if side == 4:
+            y, z = y0 + to_y, z0 + to_z
         climb(
             w, sensors, first, table, terms, options[0], options[9:13], y, z, FINE, options[8], 0.0, -math.inf,
             scratch, whole, fits[p], fits[spare],

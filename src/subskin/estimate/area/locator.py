@@ -17,6 +17,7 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
+from .alike import least_told_apart
 from .far import INNER, far_from, nodes_of
 from .tiles import Response, SomeSensors, boxes_beyond, nodes_beyond, tiles_of
 
@@ -29,6 +30,8 @@ _REACH = 1.5
 _STRONG = 22.0
 """Noises from which the strongest reading is a sensor's that stands near the load (`tiles.py`)."""
 _CURVED = 0.02
+_ALIKE = 2e-3
+"""Share of a load's squared readings below which another one, close by, may be taken for it."""
 _MOST_FINE = 4_000_000
 _MOST_NODES = 2_000_000
 _RING_LEAVES, _BEYOND_LEAVES, _LEAVES = 6e-4, 2e-4, 0.03
@@ -148,10 +151,14 @@ class AreaLocator(Framewise):
         inner, outer = self._over_the_sensors()
         parts: tuple[Any, ...] = self._looked_at(response, [lambda: self.response], [0], pattern, cells, inner)
         sensors, first, *rest = parts
-        far = self._far(self._read_by(lambda: self.response, pattern), array, inner, outer, rest[4])
+        seen = self._read_by(lambda: self.response, pattern)
+        far = self._far(seen, array, inner, outer, rest[4])
+        least = least_told_apart(seen, array.points, 1 / np.asarray(array.noise), self._depth, self.friction)
+        told = least if least < _ALIKE else np.inf
         return (
             sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
-            np.ascontiguousarray(terms).astype(np.int64), *rest, far, self._options(array, response, error),
+            np.ascontiguousarray(terms).astype(np.int64), *rest, far,
+            np.append(self._options(array, response, error), told),
         )  # fmt: skip
 
     def _far(

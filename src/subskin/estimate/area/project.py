@@ -30,7 +30,9 @@ from .tops import nearby, search
 FEW, _AGAIN = 4, 3
 MOST_CHI2 = 1e30
 _TINY = 12
-"""Sensors that may leave two tops near each other."""
+"""Sensors that may leave two tops near each other, whatever they read."""
+_TOLD = 1000.0
+"""Chi-square by which a load has to be told from those half a depth away, so that no second top is looked for."""
 _ALL = (1 << EIGHT) - 1
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _FORCES, _RESIDUAL = AREA.components, AREA.residual
@@ -84,7 +86,8 @@ def _settle(
         if abs(fits[second, 29] - fits[best, 29]) + abs(fits[second, 30] - fits[best, 30]) < options[4]:
             second = -1
     more[0] = more[1] = more[2] = 0.0
-    if n <= _TINY:
+    few = n <= _TINY or explained * options[14] < _TOLD
+    if few:
         covariance(fits[best], options[0], more, row)
         best, second = beside(
             w, sensors, first, table, terms, options, best, second, row, scratch, whole, fits
@@ -127,7 +130,7 @@ def _settle(
     if shape < 0 or shape > 1:
         status = _AMBIGUOUS
     if unsure(fit, row, spread, options) or (
-        (shape == 1 or n <= _TINY)
+        (shape == 1 or few)
         and 6.0 * math.sqrt(spread) > options[5]
         and is_broad(single[:n], tiles, fit, row, spread, options, trials[0])
     ):
@@ -245,7 +248,7 @@ def project_frames(
     of the search but its part over the sensors, and of what is beyond, then the nodes of its regions (`far.nodes_of`);
     options: mu, the thresholds of detection and of chi-square, ambiguity, apart, broad, the reading from which the
     strongest names a tile, the deviation from which S need be no parabola, the smallest step, the search, the table's
-    error.
+    error, and the least share of a load by which others near it differ; infinite where that is large.
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]
@@ -261,7 +264,7 @@ def project_frames(
     turns = np.empty((2, readings.shape[0] + n + 2), dtype=np.int64)
     hot, order, start = turns[0, n + 2 :], turns[1, n + 2 :], turns[0, : n + 2]
     by_strongest(readings, rows, options[6], hot, start, order)
-    score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
+    score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 6, FIT)), np.empty((3, FIT))
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,

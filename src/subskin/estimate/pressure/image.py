@@ -169,7 +169,10 @@ class PressureImage(SurfaceMap):
             return np.moveaxis(self._deviations[..., 1:, :, :], -3, -1)
         tangents = (self.tangential_force / self.normal_force[..., None])[..., None, None, :]
         doubt = (self.tangential_std / self.normal_force[..., None])[..., None, None, :]
-        return read_only(np.hypot(tangents * self.pressure_std[..., None], doubt * self.pressure[..., None]))
+        pressure = self.pressure[..., None]
+        with np.errstate(invalid="ignore"):  # a drag of which nothing is known, where nothing presses: none
+            of_drag = np.where(pressure == 0, 0.0, doubt * pressure)
+            return read_only(np.hypot(tangents * self.pressure_std[..., None], of_drag))
 
     @property
     def resolution(self) -> FloatArray:
