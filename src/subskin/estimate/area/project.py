@@ -33,6 +33,8 @@ _TINY = 12
 """Sensors that may leave two tops near each other, whatever they read."""
 _TOLD = 1000.0
 """Chi-square by which a load has to be told from those half a depth away, so that no second top is looked for."""
+_BARE = 7
+"""Sensors at which the finest scan looks at each frame: with one or two spare readings a wrong top explains as well."""
 _ALL = (1 << EIGHT) - 1
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _FORCES, _RESIDUAL = AREA.components, AREA.residual
@@ -53,7 +55,7 @@ def _settle(
     base = tiles[0].shape[0] - n - 2  # tiles that are looked at first, where there are any
     best = second = -1
     left = bound = largest
-    for attempt in range(0 if over else 1, 3):
+    for attempt in range(2 if n <= _BARE else 0 if over else 1, 3):
         t, most, share = (base + n + 1, MOST, 0.05) if attempt == 2 else (base * attempt + tile, FEW, 0.25)
         if attempt != (0 if over else 1):
             size = taken(single, single, tiles, t, c, c)[0]
