@@ -2,9 +2,9 @@
 
     python benchmarks/study_beside.py [--count 2000] [--seed 0] [--json FILE]
 
-Rows of barometers at unit depth, one depth apart, in a half space (nu = 1/2). Touches of one strength lean within 40
-degrees to all sides, drags across the row among them; noise is a share of the reading beneath a normal load. OK and
-wrong: OK, and off by more than five standard errors or 0.3 depths.
+Rows of barometers, and of strains along the depth, at unit depth, one depth apart, in a half space (nu = 1/2). Touches
+of one strength lean within 40 degrees to all sides, drags across the row among them; noise is a share of the reading
+beneath a normal load. OK and wrong: OK, and off by more than five standard errors or 0.3 depths.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ import numpy as np
 import subskin as ss
 from _common import arguments, show
 
+KINDS = {"pressure": (ss.MeanPressure(), 1 / (2 * np.pi)), "strain": (ss.NormalStrain(), 3 / (2 * np.pi))}
 STRIPS = ((0.0, 0.3), (0.3, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 6.0))
 
 
-def finger(sensors: int, noise: float) -> ss.Finger:
-    """A row of barometers."""
-    full_scale = 1 / (2 * np.pi)
-    array = ss.SensorArray.line(sensors, 1.0, 1.0, transducer=ss.MeanPressure(), noise=noise * full_scale)
+def finger(kind: str, sensors: int, noise: float) -> ss.Finger:
+    """A row of sensors."""
+    transducer, full_scale = KINDS[kind]
+    array = ss.SensorArray.line(sensors, 1.0, 1.0, transducer=transducer, noise=noise * full_scale)
     return ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
 
 
@@ -39,13 +40,13 @@ def main() -> None:
     """Run and print."""
     options = arguments(__doc__, count=2000, seed=0)
     rows = []
-    for sensors in (4, 6, 8):
+    for kind, sensors in ((kind, sensors) for kind in KINDS for sensors in (4, 6, 8)):
         for noise in (1e-3, 1e-2):
-            tip = finger(sensors, noise)
+            tip = finger(kind, sensors, noise)
             rng = np.random.default_rng(options.seed)
             for strip in (None, *STRIPS):
                 frames, at = touches(tip, strip, options.count, rng)
-                row = [f"{sensors}, {noise:.1%}", "line" if strip is None else f"{strip[0]:g} to {strip[1]:g}"]
+                row = [f"{kind}, {sensors}, {noise:.1%}", "line" if strip is None else f"{strip[0]:g} to {strip[1]:g}"]
                 for load in ("line", "point", "either"):
                     found = tip.locate(frames, load=load)
                     std = found.position_std if load == "either" else np.sqrt(found.load.covariance[:, 0, 0])

@@ -180,3 +180,16 @@ def test_four_sensors_take_a_line_for_the_likelier():
     load = ss.LineLoad(150.0, rng.uniform(-0.6, 0.6, 300), rng.uniform(-3e-3, 3e-3, 300))
     found = row.locate(row.read(load, rng), load="either")
     assert np.nanmean(found.point_probability) < 0.15
+
+
+def test_a_row_of_strains_with_two_tops_along_the_distance_is_never_ok_and_wrong():
+    """Strains along the depth fall and rise: loads at other distances, with another drag, read nearly the same."""
+    skin, full = ss.HalfSpace(ss.Material(young=1.0)), 3 / (2 * np.pi)
+    tip = ss.Finger(skin, ss.SensorArray.line(5, pitch=0.9, depth=1.0, noise=1e-3 * full))
+    rng = np.random.default_rng(3)
+    at = np.stack([rng.uniform(-1.8, 1.8, 1500), rng.uniform(0.3, 1.0, 1500)], axis=-1)
+    touch = ss.PointLoad(np.ones(1500), rng.uniform(0, 0.7, 1500), rng.uniform(-np.pi, np.pi, 1500), at)
+    found = tip.locate(tip.read(touch, rng), load="point")
+    off = np.abs(found.position - at[:, 0])
+    assert found.ok.mean() > 0.5
+    assert (found.ok & ((off > 5 * std(found)) | (off > 0.3))).sum() <= 2  # 53 by the top that the scan finds

@@ -241,7 +241,9 @@ def test_batches_broadcast_as_one_by_one(name):
     assert FLAT.stress(batch.expand(1) if batch.shape else batch, np.zeros(0), 0.0, 0.0).xx.shape == (*batch.shape, 0)
 
 
-@pytest.mark.parametrize("skin", [FLAT, ss.Layered(ss.Layer(ss.Material(0.4e6), thickness=5 * A))], ids=["flat", "layer"])
+@pytest.mark.parametrize(
+    "skin", [FLAT, ss.Layered(ss.Layer(ss.Material(0.4e6), thickness=5 * A))], ids=["flat", "layer"]
+)
 @pytest.mark.parametrize("swapped", [False, True])
 def test_a_batch_and_a_single_contact_add_up(skin, swapped):
     two = ss.PointLoad([1.0, 2.0, 3.0], 0.2), ss.RoundHertz(1.0, half_width=A)

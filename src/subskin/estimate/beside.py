@@ -8,6 +8,7 @@ force, and what is found is N - Tz z / depth (docs/locating_row.md).
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,8 @@ _TERMS = 1e-7
 """What the last of a table's sums over the distance may be, relative to the largest reading."""
 _FEW, _MANY = 16, 48
 _STEEPEST, _STEEP = 0.95, 1e3
+_PACE = 0.1
+"""Depths from one distance beside the row to the next at which the crest of chi-square is looked at."""
 _OPEN = 0.1
 """Depths: a position whose standard error is larger is left open by the readings."""
 
@@ -127,6 +130,13 @@ class PointLocator(Locator):
         self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
     ) -> None:
         super()._run(frames, pattern, out, doubt)
+        if doubt is None:
+            from .crest import crest_is_open
+
+            arrays = self._arrays
+            if pattern is not self._all:
+                arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
+            crest_is_open(frames, arrays[0], *arrays[-2:], _PACE * self._shallowest, out)
         at = BESIDE
         out[:, at.square[1, 1]] += self.unseen(out)
         status = out[:, at.status]

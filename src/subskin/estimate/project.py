@@ -29,7 +29,7 @@ _RIVAL_WIDTH, _HALF_WIDTH = WIDE.rival + WIDE.half_width, WIDE.half_width
 
 
 @compiled(exact=True)
-def _whitened(frame, sensors, w):
+def whitened(frame, sensors, w):
     """Fill w (n,), the readings in units of noise, and give the sum of their squares; NaN if one cannot be used."""
     total, usable = 0.0, True
     for i in range(w.size):
@@ -98,7 +98,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, table,
         a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
     for f in range(frames):
         row = out[f]
-        total = _whitened(readings[f], sensors, w)
+        total = whitened(readings[f], sensors, w)
         row[:] = math.nan
         row[_RIVAL_CHI2[wide]] = math.inf
         if not total < MOST_CHI2:

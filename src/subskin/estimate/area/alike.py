@@ -19,9 +19,7 @@ _LEANS = 0.5
 """Drag over the normal force, or the friction where that is less."""
 
 
-def least_told_apart(
-    response: Response, points: FloatArray, scale: FloatArray, depth: float, friction: float
-) -> float:
+def least_told_apart(response: Response, points: FloatArray, scale: FloatArray, depth: float, friction: float) -> float:
     """The least share of a load's squared readings that no load about half a depth away explains.
 
     points (n, 2): the sensors [m]; scale (n,): 1 / noise; depth [m]. Loads press, and lie within the cone of friction.
