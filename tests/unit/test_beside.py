@@ -193,3 +193,16 @@ def test_a_row_of_strains_with_two_tops_along_the_distance_is_never_ok_and_wrong
     off = np.abs(found.position - at[:, 0])
     assert found.ok.mean() > 0.5
     assert (found.ok & ((off > 5 * std(found)) | (off > 0.3))).sum() <= 2  # 53 by the top that the scan finds
+
+
+def test_four_strains_cannot_rule_a_point_out():
+    tip = ss.Finger(
+        ss.HalfSpace(ss.Material(young=1.0)), ss.SensorArray.line(4, 1.0, 1.0, noise=1e-2 * 3 / (2 * np.pi))
+    )
+    rng = np.random.default_rng(0)
+    at = np.stack([rng.uniform(-1.5, 1.5, 600), rng.uniform(0.0, 0.6, 600)], axis=-1)
+    touch = ss.PointLoad(1.0, rng.uniform(0, 0.7, 600), rng.uniform(-np.pi, np.pi, 600), at)
+    found = tip.locate(tip.read(touch, rng), load="either")
+    off = np.abs(found.position - at[:, 0])
+    # 47 where a point that takes up every reading is told from a line by the width of its top
+    assert (found.ok & ((off > 5 * found.position_std) | (off > 0.3))).sum() <= 2

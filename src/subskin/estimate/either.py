@@ -164,6 +164,8 @@ class EitherLocator:
         far = (counts & (np.abs(at - mean) > np.minimum(_FAR * table[..., _STD], 3 * self.point.open))).any(axis=0)
         either = np.stack([line.status, point.status])
         ok = ~(counts & (either != Status.OK)).any(axis=0) & (table[..., _STD] < self.point.open) & ~far
+        # a point that takes up every reading, and may stand elsewhere as well: how probable it is, is not known
+        ok &= (either[1] != Status.AMBIGUOUS) | (point.spare > 0)
         table[..., _STATUS] = np.where(ok, Status.OK, Status.AMBIGUOUS)
         none = ~counts.any(axis=0)
         nothing = (either == Status.NO_CONTACT).any(axis=0) | (either[0] == Status.INCOMPLETE)
