@@ -180,12 +180,12 @@ def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, s
 def drops(w, sensors, first, table, terms, mu, box, fit, base, root, reach, a, whole, trial, best, out):
     """How much lower S is than `base` round the top in fit, at `reach` standard deviations; into out.
 
-    root: Cholesky's of the covariance of (y, z), three numbers. A position higher than that in `best` goes there.
+    root: the symmetric one of the covariance of (y, z), 00 01 11. A position higher than that in `best` goes there.
     Outside the box S is taken to fall as at the top.
     """
     for k in range(out.size):
         c, s = reach * ROUND[k, 0], reach * ROUND[k, 1]
-        y, z = fit[29] + root[0] * c, fit[30] + root[1] * c + root[2] * s
+        y, z = fit[29] + root[0] * c + root[1] * s, fit[30] + root[1] * c + root[2] * s
         out[k] = reach * reach
         if box[0] <= y <= box[1] and box[2] <= z <= box[3]:
             project(w, sensors, first, table, terms, mu, y, z, a, whole, trial)

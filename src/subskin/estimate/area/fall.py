@@ -63,13 +63,13 @@ def _added(r, dy, dz, a0, g, n, ty, tz, left, b0, b1, b2, g00, g01, g02, g11, g1
 def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, best, lanes):
     """How much lower S is than at the top in fit, `reach` standard deviations round it: into lanes[:8]; and the least.
 
-    root: Cholesky's of the covariance of (y, z), three numbers; lanes: as of `LANES`. A position higher than that in
+    root: the symmetric one of the covariance of (y, z), 00 01 11; lanes: as of `LANES`. A position higher than that in
     `best` goes there. Outside the box S is taken to fall as at the top.
     """
     n, ty, tz = fit[0], fit[1], fit[2]
     for k in range(EIGHT):
         c, s = reach * ROUND[k, 0], reach * ROUND[k, 1]
-        lanes[8 + k], lanes[16 + k] = root[0] * c, root[1] * c + root[2] * s
+        lanes[8 + k], lanes[16 + k] = root[0] * c + root[1] * s, root[1] * c + root[2] * s
     dy, dz = eight(lanes, 8), eight(lanes, 16)
     ys, zs = dy + fit[29], dz + fit[30]
     o = lanes[_OTHERS:]

@@ -195,9 +195,9 @@ def look_round(w, near, sensors, first, table, terms, options, fit, row, scratch
     """
     trial, best, root, fall = trials[0], trials[2], trials[1, :3], lanes[:8]
     c = _COVARIANCE
-    root[0] = math.sqrt(row[c])
-    root[1] = row[c + 1] / root[0]
-    root[2] = math.sqrt(max(row[c + 5] - root[1] * root[1], 0.0))
+    det = math.sqrt(max(row[c] * row[c + 5] - row[c + 1] * row[c + 1], 0.0))
+    over = 1.0 / math.sqrt(row[c] + row[c + 5] + 2.0 * det)
+    root[0], root[1], root[2] = (row[c] + det) * over, row[c + 1] * over, (row[c + 5] + det) * over
     more[0] = more[1] = more[2] = 0.0
     mu, box = options[0], options[9:13]
     base, shape, widest = fit[3], 0, 0.0
@@ -244,10 +244,10 @@ def look_round(w, near, sensors, first, table, terms, options, fit, row, scratch
         m01 += 2.0 * square * ratio[k] * x * y
         m11 += 2.0 * square * ratio[k] * y * y
     m00, m01, m11 = m00 / weight - 1.0, m01 / weight, m11 / weight - 1.0
-    # the Cholesky factor times this, times its transpose
-    more[0] = root[0] * root[0] * m00
-    more[1] = root[0] * (root[1] * m00 + root[2] * m01)
-    more[2] = root[1] * root[1] * m00 + 2.0 * root[1] * root[2] * m01 + root[2] * root[2] * m11
+    # the root times this, times the root
+    y0, y1 = root[0] * m00 + root[1] * m01, root[0] * m01 + root[1] * m11
+    z0, z1 = root[1] * m00 + root[2] * m01, root[1] * m01 + root[2] * m11
+    more[0], more[1], more[2] = y0 * root[0] + y1 * root[1], y0 * root[1] + y1 * root[2], z0 * root[1] + z1 * root[2]
     return shape
 
 
