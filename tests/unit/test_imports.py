@@ -24,6 +24,7 @@ ORDER = (
     "_lanes",
     "_compiling",
     "_frozen",
+    "_hooks",
     "_registry",
     "_axes",
     "_tasks",
