@@ -168,6 +168,18 @@ def returned(said: str, values: Any, shape: tuple[int, ...], *, exactly: bool = 
     return np.broadcast_to(array, shape) if exactly else array
 
 
+def of_sensors(sensors: Any, count: int) -> npt.NDArray[np.intp]:
+    """Indices, or a mask, of some of `count` sensors, as a row of indices."""
+    try:
+        index: npt.NDArray[np.intp] = np.arange(count)[np.asarray(sensors)]
+    except (IndexError, ValueError):
+        rule = f"indices from 0 to {count - 1} are needed, or a mask of shape ({count},)"
+        raise InvalidValueError(f"sensors = {shown(sensors)}", rule, "sensors=[0, 2]") from None
+    if index.ndim != 1:
+        raise GeometryError(f"sensors of shape {np.shape(sensors)}", "a row of indices is needed", "sensors=[0, 2]")
+    return index
+
+
 def flag(name: str, value: object) -> bool:
     """Yes or no: an array is neither, and a text is always yes in Python."""
     if not isinstance(value, bool | np.bool_):

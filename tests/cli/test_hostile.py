@@ -57,6 +57,16 @@ class TestOutputsThatAreInputs:
             assert "it is the same file as" in ran.err, arguments
         assert {p.name: p.read_bytes() for p in readings.iterdir()} == before
 
+    def test_what_else_is_written(self, subskin, readings):
+        for arguments in (
+            ("pressure", "finger.toml", "r.csv", "-o", "a.gif", "--movie", "a.gif"),
+            ("pressure", "finger.toml", "r.csv", "--movie", "r.csv"),
+            ("check", "finger.toml", "--map", "a.png", "--tip-map", "./a.png"),
+            ("live", "finger.toml", "--record", "finger.toml"),
+        ):
+            ran = subskin(*arguments)
+            assert (ran.code, "it is the same file as" in ran.err) == (2, True), arguments
+
     def test_devices_and_streams_may_be_named_twice(self):
         apart({"a": "-", "b": "/dev/null"}, {"c": "-", "d": "/dev/null"})
         with pytest.raises(FileError, match="it is the same file as c"):

@@ -13,7 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError
-from .stage import Stage, in_order, join
+from .stage import Stage, begins, in_order, join
 
 __all__ = ["Relaxation", "RelaxationState", "Relaxing", "Undoing", "Undone"]
 
@@ -155,7 +155,7 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
         from ._relaxation_kernel import REST
 
-        if state is None:
+        if begins(state, RelaxationState):
             return None
         rows = np.full_like(state.rows, np.nan)
         rows[REST] = state.rows[REST]
@@ -241,7 +241,7 @@ def _relaxed(
     """The next state, the readings, and where it is `asked` what the terms make of them, of the same shape."""
     from ._relaxation_kernel import relax  # here, so that whoever relaxes nothing need not load a compiler
 
-    data, clock = in_order(readings, time, np.nan if state is None else state.time)
+    data, clock = in_order(readings, time, np.nan if begins(state, RelaxationState) else state.time)
     n = data.shape[-1]
     constants, rest = np.asarray(relaxation.time), relaxation.rest
     share, _ = relaxation.of_sensors(n)

@@ -15,7 +15,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 
-__all__ = ["CHUNK", "Stage", "in_order", "join"]
+__all__ = ["CHUNK", "Stage", "begins", "in_order", "join"]
 
 State = TypeVar("State")
 Out = TypeVar("Out")
@@ -146,6 +146,14 @@ def join(parts: Sequence[Any]) -> Any:
     if isinstance(first, dict):
         return {name: join([part.pop(name) for part in parts]) for name in list(first)}
     return type(first).join(parts)
+
+
+def begins(state: object, kind: type) -> bool:
+    """Whether a stream begins, `state` being None; else it has to be a state of that kind."""
+    if state is not None and not isinstance(state, kind):
+        rule = f"a {kind.__name__} is needed, as the step before gave it, or None to start"
+        raise InvalidValueError(f"state = {_check.shown(state)}", rule, "state=None")
+    return state is None
 
 
 def in_order(

@@ -21,7 +21,7 @@ from ..finger import Finger, finger_needed
 from . import _tare_kernel as kernel
 from ._held import Held
 from ._room import Arrays, behind, since
-from .stage import Stage, in_order, join
+from .stage import Stage, begins, in_order, join
 
 __all__ = ["Tare", "TareState", "Tared"]
 
@@ -203,7 +203,7 @@ class Tare(Stage[TareState, Tared]):
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
             raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
-        if self.differences:
+        if _check.flag("differences", self.differences):
             array.refuse_offset()
         check_noise(array, "a touch is known by the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
         for name in ("guard", "settle", "patience"):
@@ -249,7 +249,7 @@ class Tare(Stage[TareState, Tared]):
         To a `doubt` is added how surely each offset is known, as variances are.
         """
         n = self._sensors.shape[1]
-        before = self._beginning() if state is None else state
+        before = self._beginning() if begins(state, TareState) else state
         if before.rows.shape[1] != n:
             seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
             raise GeometryError(seen, "they have to match", "a state of this finger, or None to start")
@@ -265,7 +265,13 @@ class Tare(Stage[TareState, Tared]):
         given, offset = np.empty((2, many, n))
         free: npt.NDArray[np.bool_] = np.empty(many, dtype=bool)
         frozen: npt.NDArray[np.bool_] = np.empty((many, n), dtype=bool)
-        more = self._none if doubt is None else np.array(doubt, dtype=np.float64).reshape(-1, n)
+        more = self._none
+        if doubt is not None:
+            more = _check.real("doubt", doubt, at_least=0.0, finite=False)
+            if more.shape != data.shape:
+                seen = f"doubt of shape {more.shape}, readings of shape {data.shape}"
+                raise GeometryError(seen, "one is needed for each reading", "doubt=None")
+            more = more.reshape(-1, n).copy()
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(
@@ -295,7 +301,7 @@ class Tare(Stage[TareState, Tared]):
 
         Whether the skin was free is kept too. The last frames, and their times, are forgotten.
         """
-        if state is None:
+        if begins(state, TareState):
             return None
         start = self._beginning()
         rows, numbers = np.array(start.rows), np.array(start.numbers)
@@ -326,7 +332,7 @@ class Tare(Stage[TareState, Tared]):
         >>> tare.zeroed(state).offset.round(6).tolist()
         [0.02, 0.02, 0.02, 0.02]
         """
-        if state is None:
+        if begins(state, TareState):
             return None
         rows, numbers = state.rows.copy(), state.numbers.copy()
         count, noise = rows[kernel.COUNT], self._sensors[kernel.NOISE]
