@@ -26,6 +26,11 @@ def check_members(cls: type[Any], rules: Mapping[str, Rule]) -> None:
     """Check what a class from outside this package gives by those of its own members that `rules` names.
 
     Fields of a dataclass are left alone: they are not known before there is an instance.
+
+    Raises
+    ------
+    InvalidValueError
+        A method where there has to be a property.
     """
     if cls.__module__.partition(".")[0] == _OURS:
         return
@@ -33,6 +38,9 @@ def check_members(cls: type[Any], rules: Mapping[str, Rule]) -> None:
         member = vars(cls).get(name)
         if name not in vars(cls) or name in inspect.get_annotations(cls):
             continue
+        above = next((vars(base)[name] for base in cls.__mro__[1:] if name in vars(base)), None)
+        if inspect.isfunction(member) and isinstance(above, property):
+            raise InvalidValueError(f"{cls.__name__}.{name}, a method", "a property is needed", "@property above it")
         if not getattr(member, "__isabstractmethod__", False):
             setattr(cls, name, _checked(cls, name, member, rule))
 

@@ -135,6 +135,69 @@ def test_line_loads_of_ones_own(gave):
         kind.as_line_loads()
 
 
+class OwnLayer(ss.Skin):
+    """A layer that says what it is."""
+
+    materials, thickness, takes_local, interfaces, curvature, ridges = (RUBBER,), 6e-3, True, (), 0, None
+
+    def at(self, x, y, z=None):
+        return LAYER.at(x, y, z)
+
+    def wave(self, k, x):
+        return LAYER.wave(k, x)
+
+    def surface_influence(self, step, count):
+        return LAYER.surface_influence(step, count).tolist()
+
+    def area_influence(self, step, shape, drag=False):
+        return LAYER.area_influence(step, shape, drag)
+
+
+BALL, ROLLER = ss.pressing.Sphere(8e-3), ss.pressing.Cylinder(8e-3)
+ASKED = {
+    "at": lambda skin: skin.stress(ss.LineLoad(40.0), 1e-3, [0.0, 1e-3]),
+    "wave": lambda skin: skin.surface_compliance([100.0, 200.0, 300.0]),
+    "surface_influence": lambda skin: skin.surface_influence(1e-4, 8),
+    "area_influence": lambda skin: skin.area_influence(1e-4, (4, 4), False),
+    **{name: asked(name) for name in ("materials", "thickness", "interfaces", "curvature", "ridges", "takes_local")},
+}
+
+
+def test_a_skin_of_ones_own_is_as_good():
+    mine = OwnLayer()
+    np.testing.assert_array_equal(
+        mine.stress(ss.LineLoad(40.0), 1e-3, 0.0).xx, LAYER.stress(ss.LineLoad(40.0), 1e-3, 0.0).xx
+    )
+    assert ss.press(mine, ROLLER, force=40.0).depth == ss.press(LAYER, ROLLER, force=40.0).depth
+    assert ss.press(mine, BALL, force=0.1).depth == ss.press(LAYER, BALL, force=0.1).depth
+
+
+@pytest.mark.parametrize("gave", WRONG)
+@pytest.mark.parametrize("member", ASKED)
+def test_what_a_skin_of_ones_own_gives(member, gave):
+    if (member, gave) in {("thickness", "one number"), ("curvature", "one number"), ("ridges", "nothing")}:
+        return
+    with pytest.raises(InvalidValueError, match=rf"Mine\.{member}.*gave"):
+        ASKED[member](with_member(OwnLayer, member, WRONG[gave])())
+
+
+def test_a_state_and_waves_of_another_kind():
+    """What `at` gives is called with a contact, and answers with a State."""
+    with pytest.raises(InvalidValueError, match=r"Mine\.at\(\.\.\.\)\(contact\) gave None: a State is needed"):
+        with_member(OwnLayer, "at", lambda _: None)().stress(ss.LineLoad(40.0), 1e-3, 0.0)
+    short = LAYER.wave([1.0], [0.0])
+    with pytest.raises(InvalidValueError, match=r"Mine\.wave\.stress gave .* a Stress of the shape \(2, 1, 2\)"):
+        with_member(OwnLayer, "wave", short)().wave([1.0, 2.0], [0.0])
+
+
+def test_a_property_that_was_written_as_a_method():
+    def materials(self):
+        return (RUBBER,)
+
+    with pytest.raises(InvalidValueError, match=r"Mine\.materials, a method: a property is needed\. Fix: @property"):
+        type("Mine", (ss.Skin,), {"materials": materials})
+
+
 def test_properties_are_seen_too():
     class Kept(Bar):
         @cached_property
