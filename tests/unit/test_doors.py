@@ -233,6 +233,39 @@ def test_a_load_beyond_all_tables_ends_nothing():
     np.testing.assert_allclose(FIELD.slopes([30.0, 0.0])[..., 0], (steps[1] - steps[0]) / 1e-5, rtol=1e-3)
 
 
+TOUCHES_AT = ss.design.scene.Scene(FINGER, TOUCHES, 5, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ss.design.scene.Scene(FINGER, TOUCHES, 5, 0),
+        lambda: ss.design.scene.Scene(FINGER, None, 5, np.random.default_rng(0)),
+        lambda: ss.design.scene.Scene(None, TOUCHES, 5, np.random.default_rng(0)),
+        lambda: ss.design.scene.Scene(FINGER, TOUCHES, "x", np.random.default_rng(0)),
+        lambda: TOUCHES_AT.between("x", 1.0),
+        lambda: TOUCHES_AT.leaning("x"),
+        lambda: TOUCHES_AT.leaning(np.zeros((2, 2))),
+        lambda: TOUCHES_AT.touch(TOUCHES_AT.loads(), 0.0),
+        lambda: TOUCHES_AT.read(None),
+        lambda: TOUCHES_AT.read(TOUCHES_AT.model(), finger="x"),
+        lambda: TOUCHES_AT.with_fault(lambda readings, sensors: None),
+        lambda: ss.design.outside.outside_of(None),
+        lambda: ss.FromProjections(lambda phi: phi, 1.0),
+        lambda: ss.synthetic.simulate_readings(FINGER, ss.LineLoad, "x"),
+        lambda: ss.synthetic.simulate_readings(FINGER, ss.LineLoad, {"force": [1.0]}, progress="x"),
+        lambda: ss.pressing.HeightMap.from_function(lambda y, z: "x", np.arange(3.0), np.arange(3.0)),
+        lambda: ss.pressing.HeightMap.from_function(lambda y, z: y + z, 0.0, np.arange(3.0)),
+        lambda: ss.design.Ridges(1e-3, shape=lambda u: "x").share([0.0, 1e-4]),
+        lambda: ss.press(ss.HalfSpace(RUBBER), type("Mine", (ss.pressing.Sphere,), {"centre": "x"})(8e-3), force=1.0),
+        lambda: Twice()(np.zeros((3, 5)), np.arange(3.0)),
+    ],
+)
+def test_what_scenes_and_functions_of_ones_own_are(make):
+    with pytest.raises(SubskinError):
+        make()
+
+
 class Twice(ss.stream.Stage):
     """A stage that forgets to hand on its state."""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import FloatArray
 from .._frozen import Frozen
 
@@ -47,6 +47,10 @@ class LocalIndenter(Frozen, ABC):
     an answer in which they are not.
     """
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, _MEMBERS)
+
     @abstractmethod
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
         """Height [m] at `y`, `z` [m], which broadcast; infinite where the body has ended."""
@@ -67,6 +71,14 @@ class LocalIndenter(Frozen, ABC):
             endless = size.default == np.inf and isinstance(value, float) and value == np.inf
             if size.name in _SIZES and not endless:
                 object.__setattr__(self, size.name, _check.scalar(size.name, value, **_SIZES[size.name]))
+
+
+_NUMBER = _hooks.numbers("a single one [m]", ndim=0)
+_ENDS = _hooks.each_of((_NUMBER, _NUMBER), "two ends")
+_MEMBERS = {
+    "ends": _hooks.each_of((_ENDS, _ENDS), "the ends along y and those along z"),
+    "centre": _hooks.each_of((_NUMBER, _NUMBER), "y and z"),
+}
 
 
 def points(y: npt.ArrayLike, z: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from ..errors import InvalidValueError
-from .stage import Stage, begins
+from .stage import Stage, begins, both_of
 
 __all__ = ["Pipeline"]
 
@@ -84,10 +84,7 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
             more = {"doubt": doubt} if doubt is not None and getattr(stage, "takes_doubt", False) else {}
             if isinstance(stage, Stage):
                 stepped = stage.step(None if state is None else state[name], given, time, **more)
-                if not isinstance(stepped, tuple) or len(stepped) != 2:
-                    seen = f"{type(stage).__name__}.step gave {_check.shown(stepped)}"
-                    raise InvalidValueError(seen, "a state and what comes out are needed", "return state, out")
-                left[name], out[name] = stepped
+                left[name], out[name] = both_of(stage, stepped)
             else:
                 left[name], out[name] = None, stage(given, **more)
             made = given = out[name]
