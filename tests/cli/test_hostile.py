@@ -196,6 +196,16 @@ class TestStreams:
         with pytest.raises(FileError, match=r"/proc/x.csv: it cannot be written"):
             write_table("/proc/x.csv", {"a": [1.0]})
 
+    def test_whoever_reads_has_enough(self, readings):
+        """The code of a closed pipe, and not that of no result; the table is there."""
+        reader, writer = os.pipe()
+        os.close(reader)
+        command = [sys.executable, "-m", "subskin", "locate", "finger.toml", "r.csv", "-o", "l.csv"]
+        ran = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False, timeout=120)
+        os.close(writer)
+        assert (ran.returncode, ran.stderr) == (141, b"")
+        assert len(read_table("l.csv")) == 60
+
     @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
     def test_a_signal_in_the_middle_leaves_nothing(self, readings, number, code):
         """The output has been begun: its temporary file is there when the signal comes, and gone afterwards."""
