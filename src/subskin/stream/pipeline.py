@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from ..errors import InvalidValueError
-from .stage import Stage, begins, both_of
+from .stage import Stage, both_of, check_state
 
 __all__ = ["Pipeline"]
 
@@ -93,10 +93,11 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
                 given, doubt = left_over, getattr(made, "doubt", doubt)
         return left, out
 
-    def _check(self, state: object) -> None:
+    def _check(self, state: dict[str, Any] | None) -> None:
         """Refuse what is no state of these stages."""
-        if not begins(state, dict) and state.keys() != self.stages.keys():  # type: ignore[attr-defined]
-            seen, rule = f"a state of {', '.join(map(str, state))}", f"this pipeline has {', '.join(self.stages)}"  # type: ignore[call-overload]
+        check_state(state, dict)
+        if state is not None and state.keys() != self.stages.keys():
+            seen, rule = f"a state of {', '.join(map(str, state))}", f"this pipeline has {', '.join(self.stages)}"
             raise InvalidValueError(seen, rule, "a state of this pipeline, or None to start")
 
     def prepare(self) -> None:

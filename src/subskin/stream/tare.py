@@ -13,7 +13,7 @@ from scipy.special import chdtri
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._frozen import Frozen, Result
 from .._shown import lines
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.frames import check_noise
@@ -21,7 +21,7 @@ from ..finger import Finger, finger_needed
 from . import _tare_kernel as kernel
 from ._held import Held
 from ._room import Arrays, behind, since
-from .stage import Stage, begins, in_order, join
+from .stage import Stage, check_state, in_order, join
 
 __all__ = ["Tare", "TareState", "Tared"]
 
@@ -31,7 +31,7 @@ _FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of 
 
 
 @dataclass(frozen=True, eq=False)
-class TareState(Frozen):
+class TareState(Result):
     """All that is carried from one batch of a stream to the next, by `Tare.step`.
 
     Parameters
@@ -249,7 +249,8 @@ class Tare(Stage[TareState, Tared]):
         To a `doubt` is added how surely each offset is known, as variances are.
         """
         n = self._sensors.shape[1]
-        before = self._beginning() if begins(state, TareState) else state
+        check_state(state, TareState)
+        before = self._beginning() if state is None else state
         if before.rows.shape[1] != n:
             seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
             raise GeometryError(seen, "they have to match", "a state of this finger, or None to start")
@@ -301,7 +302,8 @@ class Tare(Stage[TareState, Tared]):
 
         Whether the skin was free is kept too. The last frames, and their times, are forgotten.
         """
-        if begins(state, TareState):
+        check_state(state, TareState)
+        if state is None:
             return None
         start = self._beginning()
         rows, numbers = np.array(start.rows), np.array(start.numbers)
@@ -332,7 +334,8 @@ class Tare(Stage[TareState, Tared]):
         >>> tare.zeroed(state).offset.round(6).tolist()
         [0.02, 0.02, 0.02, 0.02]
         """
-        if begins(state, TareState):
+        check_state(state, TareState)
+        if state is None:
             return None
         rows, numbers = state.rows.copy(), state.numbers.copy()
         count, noise = rows[kernel.COUNT], self._sensors[kernel.NOISE]
