@@ -184,6 +184,12 @@ TARE, PIPELINE = ss.Tare(FINGER), ss.Pipeline({"tare": ss.Tare(FINGER)})
     [
         lambda: FIELD(np.ones((2, 3, 4))),  # a compiled loop would write beyond what it has
         lambda: FIELD(0.0),
+        lambda: ss.HalfSpace(RUBBER).map(ss.RoundHertz(1.0, half_width=1e-3), 1e-300, [0.0, 1e-3], [0.0, 1e-3]),
+        lambda: ss.HalfSpace(RUBBER).map(ss.RoundHertz(1.0, half_width=1e-3), 1e300, [0.0, 1e-3], [0.0, 1e-3]),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=1e308),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=1e-308),
+        lambda: ss.press(ss.HalfSpace(RUBBER), ss.pressing.Sphere(8e-3), force=1e308),
+        lambda: ss.press(ss.HalfSpace(RUBBER), ss.pressing.Sphere(8e-3), depth=1e-308),
         lambda: FIELD.slopes([np.nan, 0.0]),
         lambda: FIELD.select("x"),
         lambda: tabulate_radial(AREA, 1e300),
