@@ -11,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _check
+from ._cell import DEGREE, polynomial, within
+from ._cell import mean as mean_of
 from ._check import FloatArray
 from ._frozen import Frozen
 from ._search import ends_of, from_crest_to_crest
@@ -21,9 +23,6 @@ from .finger import Finger, finger_needed
 from .prepared import prepared
 
 __all__ = ["Response", "tabulate"]
-
-DEGREE = 4
-"""Degree of the polynomial in a cell."""
 
 # Chebyshev-Lobatto points of a cell [-1/2, 1/2]: with the ends among them, neighbouring cells agree where they meet.
 _NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
@@ -156,8 +155,8 @@ class Response(Frozen):
                 raise GeometryError(f"function(position) of shape {values.shape}", rule.replace("'", ""))
             at_nodes, at_checks = np.split(values, [_NODES.size], axis=1)
             coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
-            cell, t = _within((positions[:, _NODES.size :] - start) / width, cells)
-            worst = float(np.abs(_polynomial(coefficients[cell], t) - at_checks).max())
+            cell, t = within((positions[:, _NODES.size :] - start) / width, cells)
+            worst = float(np.abs(polynomial(coefficients[cell], t) - at_checks).max())
             peak = float(np.abs(at_nodes).max())
             if worst <= tolerance * peak:
                 return cls(start, width, coefficients, worst / peak if peak else 0.0)
@@ -305,10 +304,10 @@ class Response(Frozen):
             raise GeometryError(f"a table of half widths up to {self.widest:.6g} m", "one of line loads is needed")
         c = self.coefficients
         powers = np.arange(1, DEGREE + 2)
-        before = np.concatenate([np.zeros((1, *c.shape[2:])), self.step * np.cumsum(_mean(c), axis=0)])
+        before = np.concatenate([np.zeros((1, *c.shape[2:])), self.step * np.cumsum(mean_of(c), axis=0)])
 
         def sums(position: FloatArray) -> FloatArray:
-            cell, t = _within((position - self.start) / self.step, len(c))
+            cell, t = within((position - self.start) / self.step, len(c))
             parts = (t[..., None] ** powers - (-0.5) ** powers) / powers  # (..., 1, 1, k)
             return np.asarray(before[cell] + self.step * np.einsum("...knl,...abk->...nl", c[cell], parts))
 
@@ -349,13 +348,13 @@ class Response(Frozen):
         if self.widest:
             a = _check.real("half_width", half_width, unit="m", finite=False)
             y, a = np.broadcast_to(y, shape := _check.broadcast(position=y, half_width=a)), np.broadcast_to(a, shape)
-        cell, t = _within((y - self.start) / self.step, c.shape[-4])
+        cell, t = within((y - self.start) / self.step, c.shape[-4])
         if self.widest:
             shares = np.polynomial.chebyshev.chebvander(2 * (a / self.widest) ** 2 - 1, len(c) - 1)
             c = np.einsum("w...knl,...w->...knl", c[:, cell], shares)
         else:
             c = c[cell]
-        return _polynomial(c, t, derivative) / self.step**derivative
+        return polynomial(c, t, derivative) / self.step**derivative
 
 
 def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Response:
@@ -398,26 +397,6 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
         return Response.from_function(finger.receptive_field, low, high, step=step)
 
     return prepared(finger).get(("table", ends), make)
-
-
-def _within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
-    """The cell in which each position lies, in `steps` from the start, and how far from its centre, (..., 1, 1)."""
-    cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
-    return cell, (steps - cell - 0.5)[..., None, None]
-
-
-def _mean(c: FloatArray) -> FloatArray:
-    """Of the polynomials with the coefficients c (cells, 5, n, 2), over their cells."""
-    return np.asarray(c[:, 0] + c[:, 2] / 12 + c[:, 4] / 80)
-
-
-def _polynomial(c: FloatArray, t: FloatArray, derivative: int = 0) -> FloatArray:
-    """Value, or a derivative, of the polynomials with the coefficients c (..., 5, n, 2)."""
-    total = np.zeros(c.shape[:-3] + c.shape[-2:])
-    for k in range(DEGREE, derivative - 1, -1):
-        factor = float(np.prod(np.arange(k, k - derivative, -1)))
-        total = total * t + factor * c[..., k, :, :]
-    return total
 
 
 def _cells(length: float, step: float) -> int:

@@ -41,6 +41,7 @@ ORDER = (
     "finger",
     "prepared",
     "_search",
+    "_cell",
     "response",
     "_radial_kernel",
     "radial",
