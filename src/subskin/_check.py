@@ -48,8 +48,8 @@ def real(
     """
     plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
     array = np.array(value) if plain else _floats(name, value, unit, fix)
-    if finite and not _all(np.isfinite(array)):
-        raise _beyond(name, array, np.isfinite(array), "finite", unit, fix)
+    if finite and not _all(known := np.isfinite(array)):
+        raise _beyond(name, array, known, "finite", unit, fix)
     if above is not None and not _all(array > above):
         raise _beyond(name, array, array > above, f"> {above:g}", unit, fix)
     if at_least is not None and not _all(array >= at_least):
@@ -166,6 +166,18 @@ def returned(said: str, values: Any, shape: tuple[int, ...], *, exactly: bool = 
         rule = f"{'real ' * exactly}numbers of the shape {shape} are needed"
         raise InvalidValueError(f"{said} gave {gave}", rule, "return what NumPy makes of the arguments")
     return np.broadcast_to(array, shape) if exactly else array
+
+
+def of_sensors(sensors: Any, count: int) -> npt.NDArray[np.intp]:
+    """Indices, or a mask, of some of `count` sensors, as a row of indices."""
+    rule, fix = f"indices from 0 to {count - 1} are needed, or a mask of shape ({count},)", "sensors=[0, 2]"
+    try:
+        index: npt.NDArray[np.intp] = np.arange(count)[np.asarray(sensors)]
+    except (IndexError, ValueError):
+        raise InvalidValueError(f"sensors = {shown(sensors)}", rule, fix) from None
+    if index.ndim != 1:
+        raise GeometryError(f"sensors of shape {np.shape(sensors)}", "a row of indices is needed", fix)
+    return index
 
 
 def flag(name: str, value: object) -> bool:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from functools import cache, cached_property
 from typing import Any, Self
 
 import numpy as np
 
-__all__ = ["Frozen"]
+__all__ = ["Frozen", "Result"]
+
+_FEW, _LONG = 4, 300
 
 
 class Frozen:
@@ -49,6 +52,49 @@ class Frozen:
         made = object.__new__(type(self))
         made.__setstate__({**self.__getstate__(), **values})
         return made
+
+
+class Result(Frozen):
+    """A dataclass of many numbers, of which a person sees the shapes and the ends.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> ss.design.spatial_response(ss.Finger(skin, ss.SensorArray([0.0], depth=2e-3)), [0.0, 1e2, 2e2, 3e2, 4e2])
+    SpatialResponse(finger=Finger(...), wavenumber=(5,) from 0 to 400, amplitude=(5, 1, 2) of complex128)
+    """
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        cls.__repr__ = _brief  # type: ignore[method-assign]  # which a dataclass leaves alone
+
+
+def _brief(thing: Any) -> str:
+    """What a dataclass shows of itself, its arrays and what else is long made short."""
+    told = (f"{f.name}={_briefly(getattr(thing, f.name, None))}" for f in fields(thing) if f.repr)
+    return f"{type(thing).__qualname__}({', '.join(told)})"
+
+
+def _briefly(value: Any) -> str:
+    """An array by its numbers where they are few, else by its shape and ends; a thing of several lines by its kind."""
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+        if value.size <= _FEW:
+            return repr(value.tolist()) if value.dtype.kind in "biu" else _numbers(value)
+        known = value[np.isfinite(value)] if value.dtype.kind == "f" else value
+        ends = dict.fromkeys(f"{end:.4g}" for end in (known.min(), known.max())) if known.size else ["nan"]
+        return f"{value.shape} from {' to '.join(ends)}" if len(ends) > 1 else f"{value.shape} of {next(iter(ends))}"
+    if isinstance(value, np.ndarray):
+        return f"{value.shape} of {value.dtype}"
+    shown = repr(value)
+    return f"{type(value).__name__}(...)" if "\n" in shown or len(shown) > _LONG else shown
+
+
+def _numbers(value: Any) -> str:
+    """Numbers in their brackets."""
+    if value.ndim == 0:
+        return f"{float(value):.6g}"
+    return f"[{', '.join(map(_numbers, value))}]"
 
 
 @cache

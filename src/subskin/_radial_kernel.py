@@ -28,7 +28,7 @@ def readings_at(points, depth, gain, kind, coefficients, terms, per_octave, posi
                 continue
             octave = min(math.frexp(v)[1] - 1, highest)
             share = (math.ldexp(v, -octave) - 1.0) * per_octave
-            inner = min(int(share), per_octave - 1)
+            inner = int(min(share, per_octave - 1.0))  # a share may be beyond all whole numbers
             t, cell = share - inner - 0.5, coefficients[kind[i], octave * per_octave + inner]
             for f in range(functions):
                 total = cell[f, powers - 1]

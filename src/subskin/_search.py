@@ -22,7 +22,7 @@ def ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float, 
         middle = 0.5 * (whole[0] + whole[1])
         half = min(0.5 * (whole[1] - whole[0]), 0.5 * period)
         return float(middle - half), float(middle + half)
-    low, high = _check.real("search", search, unit="m").tolist()
+    low, high = _check.pair("search", search, "search=(-5e-3, 5e-3)", "m")
     if not low < high:
         raise InvalidValueError(f"search = {search!r}", "two ascending positions are needed", "search=(-5e-3, 5e-3)")
     if high - low > period * (1 + 1e-12):

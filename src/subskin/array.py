@@ -283,13 +283,7 @@ class SensorArray(LaidOut, Frozen):
         >>> SensorArray.line(count=4, pitch=6e-3, depth=5e-3).select([0, 2]).y.tolist()
         [-0.009000000000000001, 0.003]
         """
-        try:
-            index = np.arange(len(self))[np.asarray(sensors)]
-        except (IndexError, ValueError):
-            rule = f"indices from 0 to {len(self) - 1} are needed, or a mask of shape ({len(self)},)"
-            raise InvalidValueError(f"sensors = {_check.shown(sensors)}", rule, "sensors=[0, 2]") from None
-        if index.ndim != 1:
-            raise GeometryError(f"sensors of shape {np.shape(sensors)}", "a row of indices is needed", "sensors=[0, 2]")
+        index = _check.of_sensors(sensors, len(self))
         if np.array_equal(index, np.arange(len(self))):
             return self
         chosen = {name: np.asarray(getattr(self, name))[index] for name in ("y", *_PER_SENSOR)}
@@ -314,6 +308,11 @@ class SensorArray(LaidOut, Frozen):
         ndarray, shape (..., n)
             In the unit of the readings.
 
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            What is no number; another number of values than sensors.
+
         Examples
         --------
         >>> array = SensorArray(y=[0.0, 1e-3], depth=2e-3, gain=10.0, offset=1.0, high=5.0, resolution=0.5)
@@ -321,9 +320,15 @@ class SensorArray(LaidOut, Frozen):
         [2.5, 5.0]
         """
         _check.generator(rng)
-        readings: FloatArray = np.asarray(self.gain) * measured + np.asarray(self.offset)
+        values = _check.readings(measured, "measured")
+        if values.shape[-1:] != (len(self),):
+            rule = f"(..., {len(self)}) is needed, a value for each sensor"
+            raise GeometryError(f"measured of shape {values.shape}", rule, "finger.measure(contact)")
+        readings: FloatArray = np.asarray(self.gain) * values + np.asarray(self.offset)
         if self.lifted:
-            readings = readings + np.asarray(self.lift) * np.asarray(normal_force)[..., None]
+            loads = _check.real("normal_force", normal_force, finite=False)[..., None]
+            _check.broadcast(measured=values, normal_force=loads)
+            readings = readings + np.asarray(self.lift) * loads
         if rng is not None:
             readings = readings + np.asarray(self.noise) * rng.standard_normal(readings.shape)
         if not self.__dict__["_limited"]:

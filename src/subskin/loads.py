@@ -182,7 +182,9 @@ class Load(Frozen):
 
     def within(self, friction: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether the load presses within the cone of `friction` mu [-], abs(T) <= mu N, shape (...)."""
-        return (self.normal >= 0) & (self.drag <= np.asarray(friction) * self.normal)
+        mu = _check.real("friction", friction, at_least=0.0, finite=False)
+        _check.broadcast(friction=mu, loads=self.normal)
+        return (self.normal >= 0) & (self.drag <= mu * self.normal)
 
 
 def polar_covariance(components: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -129,7 +129,7 @@ class MeasuredResponse(Frozen):
         sensors : array_like
             Their indices, or True for each that is taken, shape (n,).
         """
-        index = np.arange(self.sensors)[np.asarray(sensors)]
+        index = _check.of_sensors(sensors, self.sensors)
         assert self.correlation is not None
         parts = {name: getattr(self, name)[:, :, index] for name in ("values", "variance")}
         parts |= {name: getattr(self, name)[index] for name in ("offset", "noise", "common")}

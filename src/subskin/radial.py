@@ -46,6 +46,8 @@ _ANGLES, _FEW_ANGLES, _TURNED = 24, 9, 0.1
 _HIGHEST = 8
 _KEPT, _SAME = 1e-10, 1e-8
 """Shares of the largest reading: below the first a harmonic is rounding, below the second two are one."""
+_FARTHEST = 1e6
+"""Depths to which a table may reach."""
 _MOST = 1e-6
 """Error that a table may have, relative to the largest reading."""
 
@@ -158,7 +160,7 @@ class RadialResponse(Frozen):
 
     def select(self, sensors: npt.ArrayLike) -> RadialResponse:
         """The response of some of the `sensors`, given by a mask or by indices."""
-        at = np.asarray(sensors)
+        at = _check.of_sensors(sensors, self.sensors)
         points, depth, gain = (_check.read_only(part[at]) for part in (self.points, self.depth, self.gain))
         lift = np.broadcast_to(self.lift, self.kind.shape)[at]
         return replace(self, points=points, depth=depth, gain=gain, kind=self.kind[at], lift=lift)
@@ -193,8 +195,13 @@ class RadialResponse(Frozen):
         ----------
         position : array_like, shape (..., 2)
             Where the load presses, (y, z) [m].
+
+        Raises
+        ------
+        GeometryError
+            Positions of another shape.
         """
-        at = np.array(position, dtype=np.float64)  # one's own: a loop is compiled anew for arrays that are closed
+        at = _at(position).copy()  # one's own: a loop is compiled anew for arrays that are closed
         out = np.empty((*at.shape[:-1], self.sensors, 3))
         readings_at(
             self.points, self.depth, self.gain, self.kind, self.coefficients, self.terms, PER_OCTAVE,
@@ -209,7 +216,7 @@ class RadialResponse(Frozen):
         Parameters
         ----------
         position : array_like, shape (..., 2)
-            As in a call.
+            As in a call, whose errors it raises.
         """
         delta, cell, t, steep = self._cells(position)
         c, powers = self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1)
@@ -230,19 +237,28 @@ class RadialResponse(Frozen):
 
     def _cells(self, position: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.intp], FloatArray, FloatArray]:
         """From the load to each sensor, the cell of that distance, how far in it, and d t / d u / 2 there."""
-        delta = self.points - np.asarray(position, dtype=np.float64)[..., None, :]
+        delta = self.points - _at(position, finite=True)[..., None, :]
         cell, t = _cell_of(1.0 + (delta**2).sum(axis=-1) / self.depth**2, self.coefficients.shape[1])
         return delta, cell, t, 2.0 * PER_OCTAVE / 2.0 ** (cell // PER_OCTAVE) / self.depth**2
 
 
+def _at(position: npt.ArrayLike, finite: bool = False) -> FloatArray:
+    """Positions (..., 2): a compiled loop would read beyond others."""
+    at = _check.real("position", position, unit="m", finite=finite)
+    if at.shape[-1:] != (2,):
+        raise GeometryError(f"position of shape {at.shape}", "(..., 2) is needed, y and z [m]", "(1e-3, 0.0)")
+    return at
+
+
 def _cell_of(v: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Cell of v >= 1 and how far in it, t from -1/2 to 1/2; the last goes on."""
-    octave = np.floor(np.log2(v)).astype(np.intp)
+    highest = (cells - 1) // PER_OCTAVE
+    octave = np.minimum(np.floor(np.log2(v)), highest + 1).astype(np.intp)
     octave -= v < 2.0**octave
     octave += v >= 2.0 ** (octave + 1)
-    octave = np.minimum(octave, (cells - 1) // PER_OCTAVE)
+    octave = np.minimum(octave, highest)
     share = (v / 2.0**octave - 1.0) * PER_OCTAVE
-    inner = np.minimum(np.floor(share).astype(np.intp), PER_OCTAVE - 1)
+    inner = np.minimum(np.floor(share), PER_OCTAVE - 1).astype(np.intp)
     return octave * PER_OCTAVE + inner, share - inner - 0.5
 
 
@@ -263,6 +279,8 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
     ------
     NotLinearError
         Where a transducer has no linear part.
+    GeometryError
+        A radius of more than a million depths.
     ConvergenceError
         Readings that are no sum of harmonics up to the eighth, or not smooth to 1e-6 of the largest.
 
@@ -278,15 +296,17 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
     """
     finger_needed(finger)
     radius = _check.scalar("radius", radius, unit="m", above=0.0)
+    array, depth = finger.array, np.asarray(finger.array.depth)
+    if radius > (most := _FARTHEST * float(depth.min())):
+        rule = f"up to {_FARTHEST:g} depths of the shallowest sensor are tabulated"
+        raise GeometryError(f"radius = {radius:.6g} m", rule, f"radius={most:.3g}")
 
     def make() -> RadialResponse:
-        array = finger.array
-        depth = np.asarray(array.depth)
         kinds = array.transducers * (1 if len(array.transducers) == len(array) else len(array))
         keys = list(zip(kinds, depth.tolist(), np.asarray(array.width).tolist(), strict=True))
         each = {key: keys.index(key) for key in keys}
         octaves = np.ceil(np.log2(1.0 + (radius / depth.min()) ** 2))
-        cells = int(octaves) * PER_OCTAVE
+        cells = max(int(octaves), 1) * PER_OCTAVE
         every = [
             tabulated(("radial", finger.skin, *key, cells), partial(_of_one, finger, i, cells))
             for key, i in each.items()

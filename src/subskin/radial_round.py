@@ -17,7 +17,7 @@ from ._check import FloatArray
 from ._frozen import Frozen
 from .contact import RoundContact
 from .errors import InvalidValueError
-from .finger import Finger
+from .finger import Finger, finger_needed
 from .prepared import prepared
 from .radial import RadialResponse, sampled, shared, tabulate_radial
 
@@ -70,7 +70,14 @@ class RoundResponse(Frozen):
         return self if table is self.table else replace(self, table=table, sums=self.table.lifted(self.sums)[1])
 
     def at(self, half_width: float) -> RadialResponse:
-        """The response to contacts of one `half_width` [m]."""
+        """The response to contacts of one `half_width` [m], from 0 to the widest.
+
+        Raises
+        ------
+        InvalidValueError
+            Another half width.
+        """
+        half_width = _check.scalar("half_width", half_width, unit="m", at_least=0.0, at_most=self.widest * (1 + 1e-9))
         shares = np.polynomial.chebyshev.chebvander(2 * (half_width / self.widest) ** 2 - 1, len(self.sums) - 1)[0]
         return replace(self.table, coefficients=np.tensordot(shares, self.sums, 1), error=self.error)
 
@@ -100,7 +107,7 @@ def tabulate_round(finger: Finger, family: type[RoundContact], radius: float, wi
     Raises
     ------
     InvalidValueError
-        Half widths that are too large for the sensors' depths.
+        Half widths that are too large for the sensors' depths; no shape of a round contact.
     NotLinearError, ConvergenceError
         As in `tabulate_radial`.
 
@@ -114,6 +121,9 @@ def tabulate_round(finger: Finger, family: type[RoundContact], radius: float, wi
     >>> bool(np.allclose(2 * table.at(1.7e-3)((0.3e-3, 1e-3))[:, 0], finger.measure(touch), rtol=1e-6))
     True
     """
+    finger_needed(finger)
+    radius, widest = _check.scalars(_LIMITS, radius=radius, widest=widest)
+    _round(family)
     depth = float(np.asarray(finger.array.depth).min())
     if widest > _MOST_WIDE * depth * (1 + 1e-12):
         rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {_MOST_WIDE * depth:.6g} m, can be fitted"
@@ -145,6 +155,11 @@ def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, w
     finger, family, radius, widest
         As of `tabulate_round`; readings are per N m.
 
+    Raises
+    ------
+    InvalidValueError, NotLinearError, ConvergenceError
+        As `tabulate_round`.
+
     Examples
     --------
     >>> import numpy as np, subskin as ss
@@ -155,6 +170,9 @@ def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, w
     >>> bool(np.allclose(1e-3 * table.at(1.7e-3)((0.3e-3, 1e-3))[:, 0], finger.measure(turn), rtol=1e-6))
     True
     """
+    finger_needed(finger)
+    radius, widest = _check.scalars(_LIMITS, radius=radius, widest=widest)
+    _round(family)
 
     def make() -> RoundResponse | None:
         point, every = tabulate_radial(finger, radius), []
@@ -173,6 +191,16 @@ def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, w
         return _over_widths(replace(point, lift=0.0), every, widest)  # a moment presses nothing
 
     return prepared(finger).get(("moment", family, float(radius), float(widest)), make)
+
+
+_LIMITS = {"radius": {"unit": "m", "above": 0.0}, "widest": {"unit": "m", "above": 0.0}}
+
+
+def _round(family: object) -> None:
+    """Refuse what is no shape of a round contact."""
+    if not isinstance(family, type) or not issubclass(family, RoundContact):
+        seen = f"family = {_check.shown(family)}"
+        raise InvalidValueError(seen, "a subclass of RoundContact is needed", "family=ss.RoundHertz")
 
 
 def _moment(

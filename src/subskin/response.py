@@ -11,19 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _check
+from ._cell import DEGREE, polynomial, within
+from ._cell import mean as mean_of
 from ._check import FloatArray
 from ._frozen import Frozen
 from ._search import ends_of, from_crest_to_crest
-from .contact import LineLoad
+from .contact import LineLoad, SpreadContact
 from .contact.families import Family
 from .errors import ConvergenceError, GeometryError, InvalidValueError
 from .finger import Finger, finger_needed
 from .prepared import prepared
 
 __all__ = ["Response", "tabulate"]
-
-DEGREE = 4
-"""Degree of the polynomial in a cell."""
 
 # Chebyshev-Lobatto points of a cell [-1/2, 1/2]: with the ends among them, neighbouring cells agree where they meet.
 _NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
@@ -32,6 +31,7 @@ _CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
 _MOST_STEPS = 1e6
 _MOST_CELLS = 1 << 12
 _MOST_HALVINGS = 5
+_SEARCH = "search=(-5e-3, 5e-3)"
 _WIDTHS = 14
 """Chebyshev nodes in the square of the width: 1e-7 of the largest reading where the widest is 1.5 depths."""
 _MOST_WIDE = 4.0
@@ -43,6 +43,9 @@ _LIMITS: dict[str, dict[str, Any]] = {
     "stop": {"unit": "m"},
     "step": {"unit": "m", "above": 0.0},
     "tolerance": {"above": 0.0, "finite": False},
+    "error": {"at_least": 0.0, "finite": False},
+    "widest": {"unit": "m", "at_least": 0.0},
+    "width": {"unit": "m", "above": 0.0},
 }
 
 
@@ -77,6 +80,8 @@ class Response(Frozen):
     widest: float = 0.0
 
     def __post_init__(self) -> None:
+        for name in ("start", "step", "error", "widest"):
+            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), **_LIMITS[name]))
         values = _check.real("coefficients", self.coefficients)
         wide = self.widest > 0
         if values.ndim != 4 + wide or values.shape[1 + wide] != DEGREE + 1 or values.shape[-1] != 2:
@@ -150,8 +155,8 @@ class Response(Frozen):
                 raise GeometryError(f"function(position) of shape {values.shape}", rule.replace("'", ""))
             at_nodes, at_checks = np.split(values, [_NODES.size], axis=1)
             coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
-            cell, t = _within((positions[:, _NODES.size :] - start) / width, cells)
-            worst = float(np.abs(_polynomial(coefficients[cell], t) - at_checks).max())
+            cell, t = within((positions[:, _NODES.size :] - start) / width, cells)
+            worst = float(np.abs(polynomial(coefficients[cell], t) - at_checks).max())
             peak = float(np.abs(at_nodes).max())
             if worst <= tolerance * peak:
                 return cls(start, width, coefficients, worst / peak if peak else 0.0)
@@ -219,6 +224,10 @@ class Response(Frozen):
         InvalidValueError
             Half widths that are too large for the sensors' depths.
         """
+        finger_needed(finger)
+        if not isinstance(family, type) or not issubclass(family, LineLoad | SpreadContact):
+            seen = f"family = {_check.shown(family)}"
+            raise InvalidValueError(seen, "a class of contacts of one half width is needed", "family=ss.Hertz")
         if issubclass(family, LineLoad):
             return tabulate(finger, search)
         return cls.of_lines(finger, *family.as_line_loads(), search, widest)
@@ -245,7 +254,9 @@ class Response(Frozen):
         InvalidValueError
             Half widths that are too large for the sensors' depths.
         """
-        (low, high), depth = search, float(np.asarray(finger.array.depth).min())
+        finger_needed(finger)
+        (low, high), depth = _check.pair("search", search, _SEARCH, "m"), float(np.asarray(finger.array.depth).min())
+        widest = _check.scalar("widest", widest, unit="m", above=0.0)
         if widest > (most := _MOST_WIDE * depth) * (1 + 1e-12):
             rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {most:.6g} m, can be fitted"
             raise InvalidValueError(f"half widths up to {widest:.6g} m", rule, f"half_width=(0.0, {most:.3g})")
@@ -281,14 +292,22 @@ class Response(Frozen):
         Parameters
         ----------
         width : float
-            Width of the sensors [m], > 0.
+            Width of the sensors [m], > 0 and less than the table is long.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            Another width; a table of contacts of some half width.
         """
+        width = _check.scalar("width", width, **_LIMITS["width"])
+        if self.widest:
+            raise GeometryError(f"a table of half widths up to {self.widest:.6g} m", "one of line loads is needed")
         c = self.coefficients
         powers = np.arange(1, DEGREE + 2)
-        before = np.concatenate([np.zeros((1, *c.shape[2:])), self.step * np.cumsum(_mean(c), axis=0)])
+        before = np.concatenate([np.zeros((1, *c.shape[2:])), self.step * np.cumsum(mean_of(c), axis=0)])
 
         def sums(position: FloatArray) -> FloatArray:
-            cell, t = _within((position - self.start) / self.step, len(c))
+            cell, t = within((position - self.start) / self.step, len(c))
             parts = (t[..., None] ** powers - (-0.5) ** powers) / powers  # (..., 1, 1, k)
             return np.asarray(before[cell] + self.step * np.einsum("...knl,...abk->...nl", c[cell], parts))
 
@@ -301,7 +320,7 @@ class Response(Frozen):
 
     def select(self, sensors: npt.ArrayLike) -> Response:
         """The response of some of the `sensors`, given by a mask or by indices."""
-        index = np.arange(self.sensors)[np.asarray(sensors)]
+        index = np.arange(self.sensors)[_check.of_sensors(sensors, self.sensors)]
         if np.array_equal(index, np.arange(self.sensors)):
             return self
         return self.altered(coefficients=self.coefficients[..., index, :])
@@ -317,18 +336,25 @@ class Response(Frozen):
             Its half width [m]; of no effect in a table of line loads.
         derivative : {0, 1, 2}, optional
             Which derivative in y.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            What is no number; another derivative; positions and half widths that do not broadcast.
         """
-        y = np.asarray(position, dtype=np.float64)
+        derivative = _check.whole("derivative", derivative, at_least=0, at_most=2, fix="derivative=1")
+        y = _check.real("position", position, unit="m", finite=False)
         c = self.coefficients
         if self.widest:
-            y, a = np.broadcast_arrays(y, np.asarray(half_width, dtype=np.float64))
-        cell, t = _within((y - self.start) / self.step, c.shape[-4])
+            a = _check.real("half_width", half_width, unit="m", finite=False)
+            y, a = np.broadcast_to(y, shape := _check.broadcast(position=y, half_width=a)), np.broadcast_to(a, shape)
+        cell, t = within((y - self.start) / self.step, c.shape[-4])
         if self.widest:
             shares = np.polynomial.chebyshev.chebvander(2 * (a / self.widest) ** 2 - 1, len(c) - 1)
             c = np.einsum("w...knl,...w->...knl", c[:, cell], shares)
         else:
             c = c[cell]
-        return _polynomial(c, t, derivative) / self.step**derivative
+        return polynomial(c, t, derivative) / self.step**derivative
 
 
 def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Response:
@@ -371,26 +397,6 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
         return Response.from_function(finger.receptive_field, low, high, step=step)
 
     return prepared(finger).get(("table", ends), make)
-
-
-def _within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
-    """The cell in which each position lies, in `steps` from the start, and how far from its centre, (..., 1, 1)."""
-    cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
-    return cell, (steps - cell - 0.5)[..., None, None]
-
-
-def _mean(c: FloatArray) -> FloatArray:
-    """Of the polynomials with the coefficients c (cells, 5, n, 2), over their cells."""
-    return np.asarray(c[:, 0] + c[:, 2] / 12 + c[:, 4] / 80)
-
-
-def _polynomial(c: FloatArray, t: FloatArray, derivative: int = 0) -> FloatArray:
-    """Value, or a derivative, of the polynomials with the coefficients c (..., 5, n, 2)."""
-    total = np.zeros(c.shape[:-3] + c.shape[-2:])
-    for k in range(DEGREE, derivative - 1, -1):
-        factor = float(np.prod(np.arange(k, k - derivative, -1)))
-        total = total * t + factor * c[..., k, :, :]
-    return total
 
 
 def _cells(length: float, step: float) -> int:

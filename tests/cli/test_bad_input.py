@@ -144,6 +144,12 @@ class TestReadings:
         written("\n".join(lines) + "\n")
         assert refused(command).startswith("t.csv, line 6: 7 cells where the header has 8")
 
+    def test_semicolons_and_decimal_commas(self, refused, written, command):
+        written(TABLE.replace(",", ";").replace(".", ","))
+        said = refused(command)
+        assert said.startswith('t.csv: a single column "time;x;z;')
+        assert "separated by commas, and decimals by points" in said
+
     def test_no_header(self, refused, written, command):
         written(TABLE.split("\n", 1)[1].replace("0.00,", "0.07,", 1))
         said = refused(command)

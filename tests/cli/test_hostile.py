@@ -57,6 +57,16 @@ class TestOutputsThatAreInputs:
             assert "it is the same file as" in ran.err, arguments
         assert {p.name: p.read_bytes() for p in readings.iterdir()} == before
 
+    def test_what_else_is_written(self, subskin, readings):
+        for arguments in (
+            ("pressure", "finger.toml", "r.csv", "-o", "a.gif", "--movie", "a.gif"),
+            ("pressure", "finger.toml", "r.csv", "--movie", "r.csv"),
+            ("check", "finger.toml", "--map", "a.png", "--tip-map", "./a.png"),
+            ("live", "finger.toml", "--record", "finger.toml"),
+        ):
+            ran = subskin(*arguments)
+            assert (ran.code, "it is the same file as" in ran.err) == (2, True), arguments
+
     def test_devices_and_streams_may_be_named_twice(self):
         apart({"a": "-", "b": "/dev/null"}, {"c": "-", "d": "/dev/null"})
         with pytest.raises(FileError, match="it is the same file as c"):
@@ -185,6 +195,16 @@ class TestStreams:
             write_table("/dev/full", {"a": [1.0]})
         with pytest.raises(FileError, match=r"/proc/x.csv: it cannot be written"):
             write_table("/proc/x.csv", {"a": [1.0]})
+
+    def test_whoever_reads_has_enough(self, readings):
+        """The code of a closed pipe, and not that of no result; the table is there."""
+        reader, writer = os.pipe()
+        os.close(reader)
+        command = [sys.executable, "-m", "subskin", "locate", "finger.toml", "r.csv", "-o", "l.csv"]
+        ran = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False, timeout=120)
+        os.close(writer)
+        assert (ran.returncode, ran.stderr) == (141, b"")
+        assert len(read_table("l.csv")) == 60
 
     @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
     def test_a_signal_in_the_middle_leaves_nothing(self, readings, number, code):

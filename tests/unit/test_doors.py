@@ -12,6 +12,8 @@ import pytest
 import subskin as ss
 from subskin.errors import InvalidValueError, SubskinError, ValidityWarning, printable
 from subskin.lattice import even_grid
+from subskin.radial import tabulate_radial
+from subskin.radial_round import tabulate_round
 from subskin.response import Response
 
 U = pint.UnitRegistry()
@@ -171,6 +173,115 @@ def test_values_of_the_wrong_kind_are_refused(make):
     with pytest.raises(SubskinError) as caught:
         make()
     assert len(str(caught.value)) < 700
+
+
+FIELD, PLACED = tabulate_radial(AREA, 5e-3), ss.tabulate(FINGER)
+TARE, PIPELINE = ss.Tare(FINGER), ss.Pipeline({"tare": ss.Tare(FINGER)})
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: FIELD(np.ones((2, 3, 4))),  # a compiled loop would write beyond what it has
+        lambda: FIELD(0.0),
+        lambda: ss.HalfSpace(RUBBER).map(ss.RoundHertz(1.0, half_width=1e-3), 1e-300, [0.0, 1e-3], [0.0, 1e-3]),
+        lambda: ss.HalfSpace(RUBBER).map(ss.RoundHertz(1.0, half_width=1e-3), 1e300, [0.0, 1e-3], [0.0, 1e-3]),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=1e308),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=1e-308),
+        lambda: ss.press(ss.HalfSpace(RUBBER), ss.pressing.Sphere(8e-3), force=1e308),
+        lambda: ss.press(ss.HalfSpace(RUBBER), ss.pressing.Sphere(8e-3), depth=1e-308),
+        lambda: FIELD.slopes([np.nan, 0.0]),
+        lambda: FIELD.select("x"),
+        lambda: tabulate_radial(AREA, 1e300),
+        lambda: tabulate_round(None, ss.RoundHertz, 5e-3, 2e-3),
+        lambda: tabulate_round(AREA, ss.Hertz, 5e-3, 2e-3),
+        lambda: tabulate_round(AREA, ss.RoundHertz, "x", 2e-3),
+        lambda: PLACED("x"),
+        lambda: PLACED(0.0, derivative=3),
+        lambda: PLACED.select(np.ones((2, 2), dtype=int)),
+        lambda: PLACED.averaged("x"),
+        lambda: Response("x", 1.0, PLACED.coefficients),
+        lambda: Response.of(None, ss.Hertz, (-5e-3, 5e-3), 1e-3),
+        lambda: Response.of(FINGER, "hertz", (-5e-3, 5e-3), 1e-3),
+        lambda: Response.of(FINGER, ss.Hertz, None, 1e-3),
+        lambda: ss.estimate.Locator(None, ARRAY),
+        lambda: ss.estimate.Locator(PLACED, None),
+        lambda: FINGER.locator().covers("x"),
+        lambda: ARRAY.digitise("x"),
+        lambda: ARRAY.digitise(np.ones(4)),
+        lambda: TARE.step("x", np.zeros(5), 0.0),
+        lambda: TARE.step(None, np.zeros(5), 0.0, doubt=np.ones(3)),
+        lambda: TARE.zeroed({}),
+        lambda: TARE.resumed(1.0),
+        lambda: PIPELINE.step([1.0], np.zeros(5), 0.0),
+        lambda: PIPELINE.resumed("x"),
+        lambda: ss.Relaxation(0.2, 1.0).undo.step("x", np.zeros(5), 0.0),
+        lambda: ss.Tare(FINGER, differences=np.ones(2)),
+        lambda: FINGER.locate(np.zeros(5)).load.within("x"),
+        lambda: ss.estimate.blind_depth(None, 1e-3),
+        lambda: SKIN.surface_influence(1e-4, -3),
+        lambda: LAYER.surface_influence(1e-4, "x"),
+        lambda: LAYER.area_influence(1e-4, 8),
+        lambda: ss.HalfSpace(RUBBER).area_influence("x", (4, 4)),
+        lambda: ss.pressure_map(AREA, np.zeros(9), search=0.0),
+        lambda: FINGER.locator(search=0.0),
+    ],
+)
+def test_what_tables_stages_and_skins_are_asked(make):
+    with pytest.raises(SubskinError):
+        make()
+
+
+def test_a_load_beyond_all_tables_ends_nothing():
+    """The share of its last cell is beyond all whole numbers: no cell of another place may be read."""
+    assert FIELD([1e60, 0.0]).shape == FIELD([np.nan, 0.0]).shape == (9, 3)
+    steps = FIELD([[30.0 - 5e-6, 0.0], [30.0 + 5e-6, 0.0]])
+    np.testing.assert_allclose(FIELD.slopes([30.0, 0.0])[..., 0], (steps[1] - steps[0]) / 1e-5, rtol=1e-3)
+
+
+TOUCHES_AT = ss.design.scene.Scene(FINGER, TOUCHES, 5, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ss.design.scene.Scene(FINGER, TOUCHES, 5, 0),
+        lambda: ss.design.scene.Scene(FINGER, None, 5, np.random.default_rng(0)),
+        lambda: ss.design.scene.Scene(None, TOUCHES, 5, np.random.default_rng(0)),
+        lambda: ss.design.scene.Scene(FINGER, TOUCHES, "x", np.random.default_rng(0)),
+        lambda: TOUCHES_AT.between("x", 1.0),
+        lambda: TOUCHES_AT.leaning("x"),
+        lambda: TOUCHES_AT.leaning(np.zeros((2, 2))),
+        lambda: TOUCHES_AT.touch(TOUCHES_AT.loads(), 0.0),
+        lambda: TOUCHES_AT.read(None),
+        lambda: TOUCHES_AT.read(TOUCHES_AT.model(), finger="x"),
+        lambda: TOUCHES_AT.with_fault(lambda readings, sensors: None),
+        lambda: ss.design.outside.outside_of(None),
+        lambda: ss.FromProjections(lambda phi: phi, 1.0),
+        lambda: ss.synthetic.simulate_readings(FINGER, ss.LineLoad, "x"),
+        lambda: ss.synthetic.simulate_readings(FINGER, ss.LineLoad, {"force": [1.0]}, progress="x"),
+        lambda: ss.pressing.HeightMap.from_function(lambda y, z: "x", np.arange(3.0), np.arange(3.0)),
+        lambda: ss.pressing.HeightMap.from_function(lambda y, z: y + z, 0.0, np.arange(3.0)),
+        lambda: ss.design.Ridges(1e-3, shape=lambda u: "x").share([0.0, 1e-4]),
+        lambda: ss.press(ss.HalfSpace(RUBBER), type("Mine", (ss.pressing.Sphere,), {"centre": "x"})(8e-3), force=1.0),
+        lambda: Twice()(np.zeros((3, 5)), np.arange(3.0)),
+    ],
+)
+def test_what_scenes_and_functions_of_ones_own_are(make):
+    with pytest.raises(SubskinError):
+        make()
+
+
+class Twice(ss.stream.Stage):
+    """A stage that forgets to hand on its state."""
+
+    def step(self, state, readings, time):
+        return 2 * readings
+
+
+def test_a_stage_that_gives_no_state_is_told():
+    with pytest.raises(InvalidValueError, match=r"Twice\.step gave .*a state and what comes out are needed"):
+        ss.Pipeline({"twice": Twice()}).step(None, np.zeros((3, 5)), np.arange(3.0))
 
 
 def test_forty_layers_work():

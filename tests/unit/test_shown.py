@@ -243,3 +243,18 @@ def test_presses_are_shown_in_a_few_lines():
 def test_a_map_without_a_drag_is_told_its_option():
     with pytest.raises(InvalidValueError, match='Fix: shear="none"'):
         ss.pressure_map(FINGER, np.zeros(8), friction=0)
+
+
+def test_what_looks_at_a_finger_shows_shapes_and_ends():
+    """Results of design are shown by a line or two, and not by thousands of numbers."""
+    touches = ss.design.Touches(force=20.0)
+    for result in (
+        ss.design.placement_quality(FINGER, touches, grid=(21, 11)),
+        ss.design.spatial_response(FINGER),
+        ss.design.sensor_density(FINGER),
+    ):
+        assert "array(" not in repr(result)
+        assert len(repr(result)) < 1500
+    shown = repr(ss.design.placement_quality(FINGER, touches, grid=(21, 11)))
+    assert "PlacementQuality(finger=Finger(...)" in shown
+    assert "position_std=(21, 11) from " in shown

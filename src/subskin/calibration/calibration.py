@@ -225,7 +225,7 @@ class Calibration(Tabled, Frozen):
         one unknown less, two on an area.
         """
         d = 2 if self.finger.array.on_area else 1
-        return int(self.finger.array.live.sum()) - (d + 1 if friction == 0 else 2 * d + 1)
+        return int(self.finger.array.live.sum()) - (d + 1 if _check.friction(friction) == 0 else 2 * d + 1)
 
     def on_finger(self, positions: npt.ArrayLike) -> FloatArray:
         """Positions of the motor as they lie on the finger [m].

@@ -181,7 +181,8 @@ def say(options: argparse.Namespace) -> TextIO:
 
 _INPUTS = {"finger": "the finger", "goals": "the goals", "readings": "the readings", "recording": "the recording",
            "touches": "the touches"}  # fmt: skip
-_OUTPUTS = {"out": "-o", "relaxed": "--relaxation", "totals": "--totals", "figure": "--figure", "map": "--map"}
+_OUTPUTS = {"out": "-o", "relaxed": "--relaxation", "totals": "--totals", "figure": "--figure", "map": "--map",
+            "tip_map": "--tip-map", "movie": "--movie", "record": "--record"}  # fmt: skip
 
 
 def inputs_of(options: argparse.Namespace) -> dict[str, str]:

@@ -31,7 +31,12 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
 
     heading, *cells = each_printable([title, *columns, *(cell for row in rows for cell in row)])
     wide = len(columns)
-    console = Console(file=out, highlight=False)
+
+    class Piped(Console):
+        def on_broken_pipe(self) -> None:  # rich would end the process, with the code of no result
+            raise BrokenPipeError
+
+    console = Piped(file=out, highlight=False)
     room = console.width - _EDGES if out.isatty() else math.inf
     for blanks in (_WIDE, _TIGHT):
         widths = _widths([cells[i::wide] for i in range(wide)], left, room - blanks * (wide - 1))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from .. import _hooks
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from .local import RadialTerm
@@ -27,6 +29,10 @@ class AxialContact(ShapedContact):
     >>> isinstance(ss.PointLoad(force=1.0), ss.contact.AxialContact)
     True
     """
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, _MEMBERS)
 
     @abstractmethod
     def unit_radial_pressure(self, r: FloatArray) -> FloatArray:
@@ -61,3 +67,8 @@ class AxialContact(ShapedContact):
     @property
     def radial_terms(self) -> tuple[RadialTerm, ...]:  # noqa: D102
         return (RadialTerm(self.components, self.moment, self.position, self.unit_radial_spectrum),)
+
+
+_MEMBERS = dict.fromkeys(
+    ("unit_radial_pressure", "unit_radial_spectrum", "unit_radial_slope", "disc_slope"), _hooks.field(real=True)
+)

@@ -11,12 +11,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from .._registry import Named
 from ..errors import InvalidValueError
@@ -72,6 +72,10 @@ class Contact(Named, ABC):
     >>> round(float(skin.strain(Cosine(), x=2e-3, y=0.0).xx), 6)
     -0.001176
     """
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, _MEMBERS)
 
     @property
     @abstractmethod
@@ -174,6 +178,34 @@ class Contact(Named, ABC):
     def __radd__(self, other: object) -> Contact:
         # sum([...]) starts from the integer 0
         return self if isinstance(other, int) and other == 0 else NotImplemented
+
+
+def _points(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:
+    if not isinstance(given, tuple | list):
+        raise _hooks.wrong(said, given, "positions are needed, an array for each", "return (self.position,)")
+    return tuple(_PER_CONTACT(f"{said}[{i}]", own, part, ()) for i, part in enumerate(given))
+
+
+def _expanded(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
+    shape = (*own.shape, *(1,) * (args[0] if args else 1))
+    if not isinstance(given, Contact) or given.shape != shape:
+        raise _hooks.wrong(said, given, f"a Contact of the shape {shape} is needed")
+    return given
+
+
+_FIELD, _REAL = _hooks.field(), _hooks.field(real=True)
+_PER_CONTACT = _REAL  # of no arguments
+_MEMBERS: dict[str, _hooks.Rule] = {
+    "shape": _hooks.batch_shape,
+    "components": _hooks.numbers("N and T on the last axis", last=2),
+    "support": _hooks.each_of((_PER_CONTACT, _PER_CONTACT), "two ends"),
+    "pressure": _REAL,
+    "shear": _REAL,
+    "spectrum": _hooks.each_of((_FIELD,) * 2, "two arrays, of pressure and shear,", Spectrum),
+    "transforms": _hooks.each_of((_FIELD,) * 4 + (_REAL,), "five arrays, p, dp, q, dq and hq,", Transforms),
+    "singular_points": _points,
+    "expand": _expanded,
+}
 
 
 def sum_of(parts: list[Transforms]) -> Transforms:

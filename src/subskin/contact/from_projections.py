@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
 from .base import Contact
@@ -79,7 +80,7 @@ class FromProjections(ShapedContact):
     ) -> None:
         fix = "a long contact such as Hertz(force=1.0, half_width=1e-3), or a function of the direction"
         if not isinstance(profile, Contact) and not callable(profile):
-            raise InvalidValueError(f"profile = {profile!r}", "a long contact or a function is needed", fix)
+            raise InvalidValueError(f"profile = {_check.shown(profile)}", "a long contact or a function is needed", fix)
         self.__dict__["profile"] = profile
         if isinstance(profile, Contact):
             if profile.shape:
@@ -99,7 +100,15 @@ class FromProjections(ShapedContact):
 
     def _at(self, phi: npt.NDArray[np.floating[Any]]) -> Contact:
         """The profile on directions."""
-        return self.profile if isinstance(self.profile, Contact) else self.profile(np.asarray(phi))
+        if isinstance(self.profile, Contact):
+            return self.profile
+        found = self.profile(np.asarray(phi))
+        if not isinstance(found, Contact):
+            seen = f"profile(phi) gave {_check.shown(found)}"
+            raise InvalidValueError(
+                seen, "a long contact is needed", "lambda phi: Hertz(1.0, half_width=1e-3 + 0 * phi)"
+            )
+        return found
 
     def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         x, zeta = np.broadcast_arrays(x, zeta)

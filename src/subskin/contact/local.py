@@ -15,12 +15,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
-from typing import ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from .._registry import Named
 from ..errors import InvalidValueError
@@ -125,6 +125,10 @@ class LocalContact(Named, ABC):
     OUTLINE: ClassVar[Literal["rectangle", "ellipse"]] = "rectangle"
     """Where the traction is smooth: in all of `support`, or in the ellipse that fills it."""
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, _MEMBERS)
+
     @property
     @abstractmethod
     def components(self) -> FloatArray:
@@ -228,6 +232,47 @@ class LocalContact(Named, ABC):
     def __radd__(self, other: object) -> LocalContact:
         # sum([...]) starts from the integer 0
         return self if isinstance(other, int) and other == 0 else NotImplemented
+
+
+def _expanded(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
+    shape = (*own.shape, *(1,) * (args[0] if args else 1))
+    if not isinstance(given, LocalContact) or given.shape != shape:
+        raise _hooks.wrong(said, given, f"a LocalContact of the shape {shape} is needed")
+    return given
+
+
+def _terms(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
+    if not isinstance(given, tuple | list) or not all(isinstance(term, RadialTerm) for term in given):
+        raise _hooks.wrong(said, given, "a tuple of RadialTerm, or None, is needed")
+    return tuple(given)
+
+
+def _outline(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
+    _check.choice(said, given, ("rectangle", "ellipse"))
+    return given
+
+
+_FIELD, _REAL = _hooks.field(), _hooks.field(real=True)
+_PAIR = _hooks.field(after=(2,), real=True)
+_FAMILIES = _hooks.field(before=(4,))
+_V = _hooks.field(before=(3,))
+_TRANSFORMS = (*(_FAMILIES,) * 6, _FIELD, _hooks.field(before=(2,)))
+_MEMBERS: dict[str, _hooks.Rule] = {
+    "shape": _hooks.batch_shape,
+    "components": _hooks.numbers("N, Ty and Tz on the last axis", last=3),
+    "position": _hooks.numbers("y and z on the last axis", last=2),
+    "moment": _REAL,
+    "support": _hooks.each_of((_PAIR, _PAIR), "two corners (y, z)"),
+    "pressure": _REAL,
+    "shear": _PAIR,
+    "spectrum": _hooks.each_of((_FIELD,) * 3, "three arrays, p, qy and qz,", LocalSpectrum),
+    "transforms": _hooks.optional(_hooks.each_of(_TRANSFORMS, "the arrays of LocalTransforms", LocalTransforms)),
+    "potentials": _hooks.optional(_hooks.each_of((_V, _V, _V, _FIELD), "the four arrays of Potentials", Potentials)),
+    "radial_terms": _hooks.optional(_terms),
+    "singular": _hooks.truths,
+    "OUTLINE": _outline,
+    "expand": _expanded,
+}
 
 
 def _parts(contact: LocalContact) -> tuple[LocalContact, ...]:

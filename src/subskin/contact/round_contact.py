@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
 from .axial import AxialContact
@@ -121,11 +121,8 @@ class RoundContact(AxialContact):
         found = self.disc_family(order, depth, away)
         if found is None:
             return None
-        shape = (3 + (order >= 0), *np.broadcast_shapes(depth.shape, away.shape))
-        if np.shape(found)[:1] != shape[:1]:
-            seen = f"{type(self).__name__}.disc_family gave {_check.shown(found)}"
-            raise InvalidValueError(seen, f"{shape[0]} functions are needed", "np.stack of W_m, m = 0 ... 3")
-        found = _check.returned(f"{type(self).__name__}.disc_family", found, shape)
+        rule = _hooks.field(before=(3 + (order >= 0),))
+        found = rule(f"{type(self).__name__}.disc_family", self, found, (depth, away))
         return np.asarray(found / a ** (2 + order))
 
     @property

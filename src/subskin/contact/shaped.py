@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError, InvalidValueError
 from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
@@ -64,6 +64,10 @@ class ShapedContact(LocalContact):
 
     RANKS: ClassVar[dict[str, int]] = {"components": 1, "position": 1}
     """Axes that a parameter has for itself, behind those of the batch: 0 if it is not listed."""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, _MEMBERS)
 
     components: FloatArray = None  # type: ignore[assignment]
     position: FloatArray = None  # type: ignore[assignment]
@@ -236,6 +240,20 @@ class ShapedContact(LocalContact):
             at = value.ndim - self._rank(name)
             values[name] = value.reshape(value.shape[:at] + (1,) * axes + value.shape[at:])
         return self.altered(**values)
+
+
+def _family(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
+    """W_m, m = 0 ... 3, of the order that comes first in `args`; of order -1 one less."""
+    return _hooks.optional(_hooks.field(before=(3 + (args[0] >= 0),)))(said, own, given, args[1:])
+
+
+_REAL = _hooks.field(real=True)
+_MEMBERS: dict[str, _hooks.Rule] = {
+    "unit_slope": _hooks.each_of((_REAL, _REAL), "two arrays, along y and along z,"),
+    "unit_family": _family,
+    "drag_family": _family,
+    "unit_core": lambda said, own, given, args: _hooks.field()(said, own, given, args[:2]),
+}
 
 
 def _times(force: FloatArray, unit: FloatArray) -> FloatArray:

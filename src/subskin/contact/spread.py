@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
 from .functions import FAR, far_shear_field
@@ -66,6 +66,10 @@ class SpreadContact(ProportionalContact):
     }
     SERIES: ClassVar[tuple[float, ...]] = ()
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, {"as_line_loads": _lines})
+
     @property
     def _a(self) -> FloatArray:
         return np.asarray(self.half_width, dtype=np.float64)
@@ -108,6 +112,19 @@ class SpreadContact(ProportionalContact):
         weights = pressure * np.cos(psi) * 1.5 * np.pi * v**2 * weight
         both = np.concatenate([-t[::-1], t]), np.concatenate([weights[::-1], weights])
         return both[0], both[1] / both[1].sum()
+
+
+_ROW = _hooks.numbers("a row of them", ndim=1)
+
+
+def _lines(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
+    """Positions and weights of as many line loads."""
+    lines, weights = _hooks.each_of((_ROW, _hooks.numbers("one or two for each line load")), "two arrays")(
+        said, own, given, args
+    )
+    if weights.shape not in (lines.shape, (*lines.shape, 2)) or not lines.size:
+        raise _hooks.wrong(f"{said}[1]", given[1], "a weight, or two, for each of some line loads is needed")
+    return lines, weights
 
 
 def pressing(force: npt.ArrayLike, angle: npt.ArrayLike, name: str) -> FloatArray:

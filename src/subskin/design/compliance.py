@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._frozen import Result
 from ..contact import Contact, LineLoad, PressureProfile
 from ..errors import GeometryError, InvalidValueError, ValidityWarning
 from ..finger import Finger, finger_needed
@@ -55,7 +55,7 @@ class Regime(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class SkinCompliance(Frozen):
+class SkinCompliance(Result):
     """What `skin_compliance` found. Arrays of shape (t, m, f): thickness, modulus, force.
 
     Attributes

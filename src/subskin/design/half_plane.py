@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._frozen import Result
 from ..array import SensorArray
 from ..calibration.known import explained, fitted
 from ..contact import Hertz, LineLoad
@@ -41,7 +41,7 @@ _CORE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class LocatingError(Frozen):
+class LocatingError(Result):
     """Errors of `locate` on readings free of noise, over touches all along the row at several angles.
 
     Parameters
@@ -75,7 +75,7 @@ class LocatingError(Frozen):
 
 
 @dataclass(frozen=True, eq=False)
-class HalfPlaneError(Frozen):
+class HalfPlaneError(Result):
     """What `half_plane_error` found.
 
     Parameters

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .. import _check
 from .._check import FloatArray
 from ..contact import FlatPunch, Hertz, PointLoad, RoundHertz, RoundPunch
 from ..errors import SubskinError
@@ -300,6 +301,12 @@ def outside_of(touches: Touches) -> tuple[Outside, ...]:
     ----------
     touches : Touches
         What the finger is for: along a row, or on an area.
+
+    Raises
+    ------
+    InvalidValueError
+        Another thing.
     """
+    _check.noun("touches", touches, Touches, "Touches(force=20.0)")
     dim = 1 if touches.area is None else 2
     return tuple(each for each in OUTSIDE if each.dim in (None, dim))

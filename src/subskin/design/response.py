@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from .._frozen import Frozen
+from .._frozen import Result
 from ..finger import Finger, finger_needed
 
 __all__ = ["SpatialResponse", "spatial_response"]
@@ -19,7 +19,7 @@ _SHORT, _WAVES = 12.0, 240
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialResponse(Frozen):
+class SpatialResponse(Result):
     """What `spatial_response` found, at wavenumbers k of shape (...), for n sensors.
 
     Attributes

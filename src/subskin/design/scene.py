@@ -9,14 +9,17 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray
 from ..contact import Contact, LocalContact
-from ..finger import Finger
+from ..errors import GeometryError
+from ..finger import Finger, finger_needed
 from .touches import Touches
 
 __all__ = ["Drawn", "Scene"]
 
 Sensors: TypeAlias = npt.NDArray[np.intp]
+_MOST = 10**8
 
 
 class Drawn(NamedTuple):
@@ -44,12 +47,30 @@ class Scene:
         Number of touches.
     rng : numpy.random.Generator
         The random generator.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Another thing, here and below; arrays of another shape.
     """
 
     finger: Finger
     touches: Touches
     count: int
     rng: np.random.Generator
+
+    def __post_init__(self) -> None:
+        finger_needed(self.finger)
+        _check.noun("touches", self.touches, Touches, "Touches(force=20.0)")
+        _check.whole("count", self.count, at_least=1, at_most=_MOST, fix="count=1000")
+        _check.noun("rng", self.rng, np.random.Generator, "rng=np.random.default_rng(0)")
+
+    def _shaped(self, name: str, value: npt.ArrayLike, tail: tuple[int, ...]) -> FloatArray:
+        """Numbers of the shape (m, *tail)."""
+        array = _check.real(name, value)
+        if array.shape != (self.count, *tail):
+            raise GeometryError(f"{name} of shape {array.shape}", f"{(self.count, *tail)} is needed, a row a touch")
+        return array
 
     @property
     def dim(self) -> int:
@@ -63,11 +84,12 @@ class Scene:
 
     def between(self, low: float, high: float) -> FloatArray:
         """One number a touch, evenly from `low` to `high`."""
-        return self.rng.uniform(low, high, self.count)
+        return self.rng.uniform(_check.scalar("low", low), _check.scalar("high", high), self.count)
 
     def leaning(self, angle: FloatArray) -> FloatArray:
         """Components (m, d + 1) of loads at angles (m,) to the normal; on an area to any side."""
-        parts = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        turn = self._shaped("angle", angle, ())
+        parts = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
         if self.dim == 2:
             parts = np.concatenate([parts[:, :1], parts[:, 1:] * self.sides()], axis=1)
         return self.touches.force * parts
@@ -92,7 +114,8 @@ class Scene:
 
     def touch(self, load: FloatArray, position: FloatArray) -> Contact | LocalContact:
         """A touch of the model with components (m, d + 1) at positions (m, d)."""
-        return self.touches.contact(load, position[:, 0] if self.dim == 1 else position)
+        at = self._shaped("position", position, (self.dim,))
+        return self.touches.contact(load, at[:, 0] if self.dim == 1 else at)
 
     def model(self) -> Contact | LocalContact:
         """The touches that the model describes."""
@@ -103,8 +126,10 @@ class Scene:
         self, contact: Contact | LocalContact, finger: Finger | None = None, also: FloatArray | None = None
     ) -> Drawn:
         """What `contact` reads on `finger`, or on the scene's own; its resultant's position, and those of `also`."""
+        _check.noun("contact", contact, (Contact, LocalContact), "scene.model()")
         made = self.finger if finger is None else finger
-        positions = also
+        finger_needed(made)
+        positions = None if also is None else _check.real("also", also, unit="m", finite=False)
         if positions is None:
             at = np.asarray(getattr(contact, "position", np.nan), dtype=np.float64).reshape(-1, self.dim)
             positions = np.broadcast_to(at, (self.count, self.dim))[:, None]
@@ -115,4 +140,5 @@ class Scene:
         """Good touches, of which `fault(readings, one of n sensors a touch)` makes those of a faulty finger."""
         drawn = self.read(self.model())
         live = np.flatnonzero(self.finger.array.live)
-        return drawn._replace(readings=fault(drawn.readings, self.rng.choice(live, self.count)))
+        made = fault(drawn.readings, self.rng.choice(live, self.count))
+        return drawn._replace(readings=_check.returned("fault", made, drawn.readings.shape, exactly=True))

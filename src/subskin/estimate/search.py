@@ -93,6 +93,8 @@ class Locator(Framewise):
         outliers: int = 0,
         beyond: Response | None = None,
     ) -> None:
+        _check.noun("response", response, Response, "tabulate(finger)")
+        _check.noun("array", array, SensorArray, "finger.array")
         sensors = len(array)
         if response.sensors != sensors:
             seen = f"a response of {response.sensors} sensors, an array of {sensors}"
@@ -171,7 +173,7 @@ class Locator(Framewise):
         position : array_like, shape (...)
             Positions y [m].
         """
-        y = np.asarray(position, dtype=np.float64)
+        y = _check.real("position", position, unit="m", finite=False)
         return np.asarray((self.response.start <= y) & (y <= self.response.stop))
 
     def _kernel(self) -> Any:

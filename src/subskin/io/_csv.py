@@ -227,6 +227,10 @@ class CsvReader:
         return CsvPart(len(lines), lines, [_column([c.encode() for c in column], list(column)) for column in across])
 
     def _ragged(self, line: int, count: int, last: bool) -> FileError:
+        if self._width == 1 and re.search(r"[;\t|]", self.columns[0]):  # and commas in the numbers
+            seen = f'{self.name}: a single column "{self.columns[0][:60]}"'
+            rule = "columns have to be separated by commas, and decimals by points"
+            return FileError(seen, rule, "export the table with commas and points")
         seen = f"{self.name}, line {line}: {count} cell{'s'[: count != 1]} where the header has {self._width}"
         if last and count < self._width:
             return FileError(seen, "the file ends in the middle of a line", "copy it again, or delete that line")

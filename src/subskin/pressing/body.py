@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import FloatArray
 from .._frozen import Frozen
+from ..errors import InvalidValueError
 
 __all__ = [
     "ANYWHERE",
@@ -23,6 +24,7 @@ __all__ = [
     "Sphere",
     "beyond",
     "points",
+    "pressing",
     "turned",
 ]
 
@@ -47,6 +49,10 @@ class LocalIndenter(Frozen, ABC):
     an answer in which they are not.
     """
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, _MEMBERS)
+
     @abstractmethod
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
         """Height [m] at `y`, `z` [m], which broadcast; infinite where the body has ended."""
@@ -67,6 +73,28 @@ class LocalIndenter(Frozen, ABC):
             endless = size.default == np.inf and isinstance(value, float) and value == np.inf
             if size.name in _SIZES and not endless:
                 object.__setattr__(self, size.name, _check.scalar(size.name, value, **_SIZES[size.name]))
+
+
+_NUMBER = _hooks.numbers("a single one [m]", ndim=0)
+_ENDS = _hooks.each_of((_NUMBER, _NUMBER), "two ends")
+_MEMBERS = {
+    "ends": _hooks.each_of((_ENDS, _ENDS), "the ends along y and those along z"),
+    "centre": _hooks.each_of((_NUMBER, _NUMBER), "y and z"),
+}
+
+
+_LEAST, _MOST = 1e-30, 1e30
+"""Forces and depths between which no product of them overflows."""
+
+
+def pressing(name: str, value: float | None, unit: str) -> None:
+    """Refuse a force or a depth that does not press, or is no number of a body."""
+    if value is None:
+        return
+    if not value > 0:
+        seen = f"{name} = {value:.6g} {unit}"
+        raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
+    _check.scalar(name, value, unit=unit, at_least=_LEAST, at_most=_MOST)
 
 
 def points(y: npt.ArrayLike, z: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -74,10 +74,14 @@ class HeightMap(LocalIndenter):
         0.0
         """
         if not callable(function):
-            raise InvalidValueError(f"function = {function!r}", "a function of y and z is needed", "lambda y, z: ...")
+            seen = f"function = {_check.shown(function)}"
+            raise InvalidValueError(seen, "a function of y and z is needed", "lambda y, z: ...")
         ys, zs = points(y, z)
-        found = np.asarray(function(ys[:, None], zs), dtype=np.float64)
-        return cls(ys, zs, np.broadcast_to(found, (ys.size, zs.size)))
+        if ys.ndim != 1 or zs.ndim != 1:
+            seen = f"y of shape {ys.shape}, z of shape {zs.shape}"
+            raise GeometryError(seen, "a row of positions each is needed", "np.linspace(-3e-3, 3e-3, 61)")
+        found = _check.returned("function(y, z)", function(ys[:, None], zs), (ys.size, zs.size), exactly=True)
+        return cls(ys, zs, found)
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = np.broadcast_arrays(*points(y, z))

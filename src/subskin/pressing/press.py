@@ -14,7 +14,7 @@ from ..errors import GeometryError, InvalidValueError
 from ..skin import Skin
 from .area.press import press_area
 from .area.solution import LocalSolution
-from .body import LocalIndenter
+from .body import LocalIndenter, pressing
 from .certificate import certify, displaced
 from .equilibrium import Prescribed
 from .grid import Grid, continued, fresh
@@ -248,9 +248,8 @@ def _load(tilt: float | None, friction: float | None, **given: float | None) -> 
     values = {}
     for name, value in given.items():
         values[name] = None if value is None else _check.scalar(name, value, unit=_UNITS[name])
-        if value is not None and name in ("force", "depth") and not value > 0:
-            seen = f"{name} = {float(value):.6g} {_UNITS[name]}"
-            raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
+        if name in ("force", "depth"):
+            pressing(name, values[name], _UNITS[name])
     if grip is None:
         for name in ("tangential", "slide"):
             if values[name]:

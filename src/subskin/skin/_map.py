@@ -133,9 +133,13 @@ def _axis(name: str, at: npt.ArrayLike, x: float, low: float, high: float, real:
         seen = f"steps of {name} from {steps.min():.6g} to {steps.max():.6g} m"
         raise GeometryError(seen, "a map has points that ascend evenly", fix)
     step = (points[-1] - points[0]) / steps.size if steps.size else _FINEST * x
+    fall, nearest, farthest = _FALL * x, points[0] - high, points[-1] - low
+    if not (farthest - nearest + 2 * fall) * max(1 / (_FINEST * x), 1 / step) < _MOST:
+        seen = f"a map over {farthest - nearest:.3g} m of {name} at the depth {x:.3g} m, in steps of {step:.3g} m"
+        rule = f"at most {_MOST:.3g} samples are handled, ten a depth"
+        raise GeometryError(seen, rule, "a smaller map, or skin.state for so shallow points")
     finer = int(np.ceil(step / (_FINEST * x)))
-    pitch, fall = step / finer, _FALL * x
-    nearest, farthest = points[0] - high, points[-1] - low
+    pitch = step / finer
     count = next_fast_len(int(np.ceil((farthest - nearest + 2 * fall) / pitch)) + 1, True)
     distances = nearest - fall + pitch * np.arange(count)
     beyond = np.maximum(np.maximum(nearest - distances, distances - farthest), 0.0) / fall

@@ -5,12 +5,12 @@ from __future__ import annotations
 from abc import abstractmethod
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
+from .. import _check, _hooks
 from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import Drawing
@@ -19,6 +19,7 @@ from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Displacements, State, Strain, Stress, Wave
+from ._given import MEMBERS
 from ._map import state_map
 from ._points import not_local
 from .surface import PressedSurface
@@ -39,6 +40,10 @@ class Skin(Frozen, PressedSurface):
     """
 
     plot = Drawing("field_map")
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, MEMBERS)
 
     @property
     @abstractmethod

@@ -18,6 +18,7 @@ from ..material import Material
 from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
 from ._points import blank_singular, complex_points, not_local, points, wave_points
 from .base import Materials, Skin
+from .surface import distances
 
 __all__ = ["HalfPlane"]
 
@@ -151,7 +152,7 @@ class HalfPlane(Skin):
         second difference of y |y| / 2 over the step, so u is that of the twice integrated kernel: y^2 log|y| / 2 -
         3 y^2 / 4 for log|y| (Johnson, Contact Mechanics (1985), section 2.6).
         """
-        h = _check.scalar("step", step, unit="m", above=0.0)
+        h, count = distances(step, count)
         straight, across = self._softness
         log = (-straight / np.pi * h) * (np.log(h) + _hat_logarithm(count))
         half = np.full(count, 0.5 * across * h)

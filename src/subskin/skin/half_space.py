@@ -20,6 +20,7 @@ from ._points import blank_local, local_points, wave_points
 from ._riesz import displacements_of, fields_of, turns_of
 from .base import Materials, Skin
 from .half_plane import HalfPlane
+from .surface import grid_of
 
 __all__ = ["HalfSpace"]
 
@@ -93,7 +94,7 @@ class HalfSpace(Skin):
     def area_influence(  # noqa: D102
         self, step: float, shape: tuple[int, int], drag: bool = False
     ) -> FloatArray:
-        return of_half_space(self.material, step, shape, drag)
+        return of_half_space(self.material, *grid_of(step, shape, drag), drag)
 
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None

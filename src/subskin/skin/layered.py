@@ -29,6 +29,7 @@ from ._synthesis import Answer, hooke, layers_hooke, panels, reach, remembered, 
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 from .layer import Layer, layers_of
+from .surface import distances, grid_of
 
 __all__ = ["Layered"]
 
@@ -244,12 +245,13 @@ class Layered(Skin):
 
         On a half plane, u_x lacks a constant; so does u_y there, and where a layer slides.
         """
-        h = _check.scalar("step", step, unit="m", above=0.0)
-        return _influence(self, h, int(count))
+        h, count = distances(step, count)
+        return _influence(self, h, count)
 
     def area_influence(  # noqa: D102
         self, step: float, shape: tuple[int, int], drag: bool = False
     ) -> FloatArray:
+        step, shape = grid_of(step, shape, drag)
         if drag and self._adrift:
             seen = "friction on layers of which one slides"
             raise InvalidValueError(seen, "a drag moves them without end", 'bond="bonded", or no friction')

@@ -26,6 +26,7 @@ from ._synthesis import hooke, layers_hooke, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 from .layer import Layer, layers_of
+from .surface import distances
 
 __all__ = ["Round"]
 
@@ -274,11 +275,11 @@ class Round(Skin):
         return Wave(state.stress, state.strain, ux, uy)
 
     def surface_influence(self, step: float, count: int) -> FloatArray:  # noqa: D102
-        h = _check.scalar("step", step, unit="m", above=0.0)
+        h, count = distances(step, count)
         if h * count > _FARTHEST * self.period:
             seen = f"distances of up to {h * count:.6g} m"
             raise GeometryError(seen, f"the finger is only {self.period:.6g} m about", "a narrower window")
-        return _influence(self, h, int(count))
+        return _influence(self, h, count)
 
 
 @lru_cache(maxsize=8)

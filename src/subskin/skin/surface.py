@@ -12,7 +12,25 @@ from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..tensor import Wave
 
-__all__ = ["PressedSurface"]
+__all__ = ["PressedSurface", "distances", "grid_of"]
+
+
+_MOST_DISTANCES, _MOST_SIDE = 1 << 24, 1 << 13
+
+
+def distances(step: float, count: int) -> tuple[float, int]:
+    """The step [m] and the number of the distances at which an influence is asked for."""
+    known = _check.whole("count", count, at_least=1, at_most=_MOST_DISTANCES, fix="count=64")
+    return _check.scalar("step", step, unit="m", above=0.0), known
+
+
+def grid_of(step: float, shape: object, drag: object) -> tuple[float, tuple[int, int]]:
+    """The step [m] and the shape of the grid at which an influence is asked for."""
+    if not isinstance(shape, tuple | list) or len(shape) != 2:
+        raise InvalidValueError(f"shape = {_check.shown(shape)}", "two whole numbers are needed", "shape=(32, 32)")
+    _check.flag("drag", drag)
+    rows, columns = (_check.whole("shape", n, at_least=1, at_most=_MOST_SIDE, fix="shape=(32, 32)") for n in shape)
+    return _check.scalar("step", step, unit="m", above=0.0), (rows, columns)
 
 
 class PressedSurface(ABC):

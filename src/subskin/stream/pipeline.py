@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy.typing as npt
 
+from .. import _check
 from ..errors import InvalidValueError
-from .stage import Stage
+from .stage import Stage, both_of, check_state
 
 __all__ = ["Pipeline"]
 
@@ -57,12 +58,16 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
     def __post_init__(self) -> None:
         if not isinstance(self.stages, Mapping) or not self.stages:
             raise InvalidValueError(
-                f"stages = {self.stages!r}", "stages by their names are needed", 'Pipeline({"found": locator})'
+                f"stages = {_check.shown(self.stages)}",
+                "stages by their names are needed",
+                'Pipeline({"found": locator})',
             )
         for name, stage in self.stages.items():
             if not callable(stage):
                 raise InvalidValueError(
-                    f'stage "{name}" = {stage!r}', "a Stage, or a call on readings, is needed", "finger.locator()"
+                    f'stage "{name}" = {_check.shown(stage)}',
+                    "a Stage, or a call on readings, is needed",
+                    "finger.locator()",
                 )
         object.__setattr__(self, "stages", dict(self.stages))
 
@@ -70,12 +75,7 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
         self, state: dict[str, Any] | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Take the next frames of a stream through all stages; as `Stage.step`, by the names of the stages."""
-        if state is not None and state.keys() != self.stages.keys():
-            raise InvalidValueError(
-                f"a state of {', '.join(state)}",
-                f"this pipeline has {', '.join(self.stages)}",
-                "a state of this pipeline, or None to start",
-            )
+        self._check(state)
         left: dict[str, Any] = {}
         out: dict[str, Any] = {}
         given: Any = readings
@@ -83,7 +83,8 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
         for name, stage in self.stages.items():
             more = {"doubt": doubt} if doubt is not None and getattr(stage, "takes_doubt", False) else {}
             if isinstance(stage, Stage):
-                left[name], out[name] = stage.step(None if state is None else state[name], given, time, **more)
+                stepped = stage.step(None if state is None else state[name], given, time, **more)
+                left[name], out[name] = both_of(stage, stepped)
             else:
                 left[name], out[name] = None, stage(given, **more)
             made = given = out[name]
@@ -91,6 +92,13 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
             if left_over is not None:
                 given, doubt = left_over, getattr(made, "doubt", doubt)
         return left, out
+
+    def _check(self, state: dict[str, Any] | None) -> None:
+        """Refuse what is no state of these stages."""
+        check_state(state, dict)
+        if state is not None and state.keys() != self.stages.keys():
+            seen, rule = f"a state of {', '.join(map(str, state))}", f"this pipeline has {', '.join(self.stages)}"
+            raise InvalidValueError(seen, rule, "a state of this pipeline, or None to start")
 
     def prepare(self) -> None:
         """Prepare each stage; as `Stage.prepare`."""
@@ -100,6 +108,7 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
 
     def resumed(self, state: dict[str, Any] | None) -> dict[str, Any] | None:
         """The state of each stage for a stream that begins anew; as `Stage.resumed`."""
+        self._check(state)
         if state is None:
             return None
         left: dict[str, Any] = {}

@@ -11,15 +11,15 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._frozen import Frozen, Result
 from ..errors import GeometryError
-from .stage import Stage, in_order, join
+from .stage import Stage, check_state, in_order, join
 
 __all__ = ["Relaxation", "RelaxationState", "Relaxing", "Undoing", "Undone"]
 
 
 @dataclass(frozen=True, eq=False)
-class RelaxationState(Frozen):
+class RelaxationState(Result):
     """What is carried from one batch of a stream to the next, by `Relaxing.step`.
 
     Parameters
@@ -155,6 +155,7 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
         from ._relaxation_kernel import REST
 
+        check_state(state, RelaxationState)
         if state is None:
             return None
         rows = np.full_like(state.rows, np.nan)
@@ -241,6 +242,7 @@ def _relaxed(
     """The next state, the readings, and where it is `asked` what the terms make of them, of the same shape."""
     from ._relaxation_kernel import relax  # here, so that whoever relaxes nothing need not load a compiler
 
+    check_state(state, RelaxationState)
     data, clock = in_order(readings, time, np.nan if state is None else state.time)
     n = data.shape[-1]
     constants, rest = np.asarray(relaxation.time), relaxation.rest

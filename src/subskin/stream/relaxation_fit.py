@@ -118,8 +118,7 @@ def fit_relaxation(
     >>> found.relaxation.share.round(3).tolist(), found.relaxation.time.round(2).tolist(), found.common
     ([0.15], [1.5], True)
     """
-    if isinstance(terms, bool) or terms not in _TERMS:
-        raise InvalidValueError(f"terms = {terms!r}", "1, 2 or 3 terms can be fitted", "terms=2")
+    terms = _check.whole("terms", terms, at_least=min(_TERMS), at_most=max(_TERMS), fix="terms=2")
     data, clock = in_order(readings, time)
     ends = _check.real("held", held, unit="s")
     if data.ndim != 2 or ends.ndim != 2 or ends.shape[1] != 2 or not len(ends):

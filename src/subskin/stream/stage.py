@@ -15,7 +15,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 
-__all__ = ["CHUNK", "Stage", "in_order", "join"]
+__all__ = ["CHUNK", "Stage", "both_of", "check_state", "in_order", "join"]
 
 State = TypeVar("State")
 Out = TypeVar("Out")
@@ -113,14 +113,15 @@ class Stage(Frozen, ABC, Generic[State, Out]):
         """
         frames, clock = _check.readings(readings), None if time is None else _check.real("time", time, unit="s")
         if frames.ndim < 2:
-            return self.step(None, frames, clock)[1]
+            only: Out = both_of(self, self.step(None, frames, clock))[1]
+            return only
         if clock is not None and clock.shape != frames.shape[:1]:
             rule = f"one for each frame, {frames.shape[:1]}, is needed"
             raise GeometryError(f"time of shape {clock.shape}", rule, "a time for each frame")
         state, parts = None, []
         for first in range(0, max(len(frames), 1), CHUNK):
             part = slice(first, first + CHUNK)
-            state, out = self.step(state, frames[part], None if clock is None else clock[part])
+            state, out = both_of(self, self.step(state, frames[part], None if clock is None else clock[part]))
             parts.append(out)
             if progress is not None:
                 progress(len(frames[part]))
@@ -146,6 +147,21 @@ def join(parts: Sequence[Any]) -> Any:
     if isinstance(first, dict):
         return {name: join([part.pop(name) for part in parts]) for name in list(first)}
     return type(first).join(parts)
+
+
+def check_state(state: object, kind: type) -> None:
+    """Refuse what is no state of that kind, nor None, with which a stream begins."""
+    if state is not None and not isinstance(state, kind):
+        rule = f"a {kind.__name__} is needed, as the step before gave it, or None to start"
+        raise InvalidValueError(f"state = {_check.shown(state)}", rule, "state=None")
+
+
+def both_of(stage: object, stepped: Any) -> tuple[Any, Any]:
+    """The state and what came out, as `step` of a stage has to give them."""
+    if not isinstance(stepped, tuple) or len(stepped) != 2:
+        seen = f"{type(stage).__name__}.step gave {_check.shown(stepped)}"
+        raise InvalidValueError(seen, "a state and what comes out are needed", "return state, out")
+    return stepped[0], stepped[1]
 
 
 def in_order(

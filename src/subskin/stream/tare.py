@@ -13,7 +13,7 @@ from scipy.special import chdtri
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._frozen import Frozen, Result
 from .._shown import lines
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.frames import check_noise
@@ -21,7 +21,7 @@ from ..finger import Finger, finger_needed
 from . import _tare_kernel as kernel
 from ._held import Held
 from ._room import Arrays, behind, since
-from .stage import Stage, in_order, join
+from .stage import Stage, check_state, in_order, join
 
 __all__ = ["Tare", "TareState", "Tared"]
 
@@ -31,7 +31,7 @@ _FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of 
 
 
 @dataclass(frozen=True, eq=False)
-class TareState(Frozen):
+class TareState(Result):
     """All that is carried from one batch of a stream to the next, by `Tare.step`.
 
     Parameters
@@ -203,7 +203,7 @@ class Tare(Stage[TareState, Tared]):
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
             raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
-        if self.differences:
+        if _check.flag("differences", self.differences):
             array.refuse_offset()
         check_noise(array, "a touch is known by the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
         for name in ("guard", "settle", "patience"):
@@ -249,6 +249,7 @@ class Tare(Stage[TareState, Tared]):
         To a `doubt` is added how surely each offset is known, as variances are.
         """
         n = self._sensors.shape[1]
+        check_state(state, TareState)
         before = self._beginning() if state is None else state
         if before.rows.shape[1] != n:
             seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
@@ -265,7 +266,13 @@ class Tare(Stage[TareState, Tared]):
         given, offset = np.empty((2, many, n))
         free: npt.NDArray[np.bool_] = np.empty(many, dtype=bool)
         frozen: npt.NDArray[np.bool_] = np.empty((many, n), dtype=bool)
-        more = self._none if doubt is None else np.array(doubt, dtype=np.float64).reshape(-1, n)
+        more = self._none
+        if doubt is not None:
+            more = _check.real("doubt", doubt, at_least=0.0, finite=False)
+            if more.shape != data.shape:
+                seen = f"doubt of shape {more.shape}, readings of shape {data.shape}"
+                raise GeometryError(seen, "one is needed for each reading", "doubt=None")
+            more = more.reshape(-1, n).copy()
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(
@@ -295,6 +302,7 @@ class Tare(Stage[TareState, Tared]):
 
         Whether the skin was free is kept too. The last frames, and their times, are forgotten.
         """
+        check_state(state, TareState)
         if state is None:
             return None
         start = self._beginning()
@@ -326,6 +334,7 @@ class Tare(Stage[TareState, Tared]):
         >>> tare.zeroed(state).offset.round(6).tolist()
         [0.02, 0.02, 0.02, 0.02]
         """
+        check_state(state, TareState)
         if state is None:
             return None
         rows, numbers = state.rows.copy(), state.numbers.copy()

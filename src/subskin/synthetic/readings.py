@@ -12,7 +12,7 @@ from .. import _check
 from .._check import FloatArray
 from .._tasks import Executor, run_tasks
 from ..contact import Contact, LocalContact
-from ..errors import GeometryError
+from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
 
 __all__ = ["measured", "simulate_readings"]
@@ -70,6 +70,11 @@ def simulate_readings(
     (1000, 4)
     """
     finger_needed(finger)
+    if not isinstance(loads, Mapping):
+        fix = 'loads={"force": np.full(1000, 40.0)}'
+        raise InvalidValueError(f"loads = {_check.shown(loads)}", "arrays by the names of parameters are needed", fix)
+    if progress is not None and not callable(progress):
+        raise InvalidValueError(f"progress = {_check.shown(progress)}", "a function is needed", "progress=None")
     each = {name: _check.real(name, values) for name, values in loads.items()}
     lengths = {values.shape[:1] for values in each.values()}
     if len(lengths) != 1 or () in lengths:

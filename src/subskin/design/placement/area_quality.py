@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
 from ...radial import tabulate_radial
@@ -33,7 +33,7 @@ _FINE = (17, 6)
 
 
 @dataclass(frozen=True, eq=False)
-class AreaQuality(Frozen):
+class AreaQuality(Result):
     """What `area_quality` found: maps of shape (p, p, d) over positions y, z and loads.
 
     Attributes

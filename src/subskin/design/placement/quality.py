@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...finger import Finger, finger_needed
 from ..touches import Touches
 from ._table import (
@@ -31,7 +31,7 @@ FINE_GRID = (401, 161)
 
 
 @dataclass(frozen=True, eq=False)
-class PlacementQuality(Frozen):
+class PlacementQuality(Result):
     """What `placement_quality` found: maps of shape (p, k) over position and angle.
 
     Attributes

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ..._tasks import Executor, run_tasks
 from ...array import SensorArray
 from ...errors import GeometryError
@@ -28,7 +28,7 @@ __all__ = ["PlacementStudy", "placement_study"]
 
 
 @dataclass(frozen=True, eq=False)
-class PlacementStudy(Frozen):
+class PlacementStudy(Result):
     """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, pitch and count.
 
     Attributes

@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...contact import Contact
 from ...contact.as_lines import LineLoads, line_loads
 from ...errors import GeometryError, InvalidValueError
@@ -43,7 +43,7 @@ class Gains(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RidgeGain(Frozen):
+class RidgeGain(Result):
     """What `ridge_gain` found. Arrays have the shape to which contact and ridges broadcast.
 
     Attributes

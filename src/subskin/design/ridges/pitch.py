@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...finger import Finger, finger_needed
 from .._common import refuse_ridges
 from ..response import spatial_response
@@ -23,7 +23,7 @@ _SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class RidgePitch(Frozen):
+class RidgePitch(Result):
     """What `best_ridge_pitch` found, for each of the n sensors.
 
     Attributes

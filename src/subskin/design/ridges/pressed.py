@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...contact import PressureProfile
 from ...finger import Finger, finger_needed
 from ...pressing import SineRidges, press
@@ -52,7 +52,7 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
 
 
 @dataclass(frozen=True, eq=False)
-class PressedRidges(Frozen):
+class PressedRidges(Result):
     """What `press_ridges` found. Arrays have the shape to which pitch, amplitude and force broadcast.
 
     Attributes

@@ -148,7 +148,10 @@ class Ridges(Frozen):
 
     def _unit(self, u: FloatArray) -> FloatArray:
         if callable(self.shape):
-            values = np.asarray(self.shape(u), dtype=np.float64)
+            values = np.asarray(self.shape(u))
+            if values.dtype.kind not in "biuf":
+                seen = f"shape(u) gave {_check.shown(values)}"
+                raise InvalidValueError(seen, "real numbers are needed", "np.vectorize(shape)")
             if values.shape != u.shape:
                 raise InvalidValueError(
                     f"shares of shape {values.shape} from distances of shape {u.shape}",

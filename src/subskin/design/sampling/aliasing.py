@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...contact import Contact, LocalContact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger, finger_needed
@@ -36,7 +36,7 @@ Lattice: TypeAlias = Literal["row", "square", "hexagonal"] | None
 
 
 @dataclass(frozen=True, eq=False)
-class AliasingError(Frozen):
+class AliasingError(Result):
     """What `aliasing_error` found, m positions along the skin and p shifts of the row.
 
     Attributes

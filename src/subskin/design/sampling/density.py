@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import ComplexArray, FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...contact import Contact
 from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
@@ -29,7 +29,7 @@ _SPARSER = {"row": 1.0, "square": 1.0, "hexagonal": 2 / np.sqrt(3)}
 
 
 @dataclass(frozen=True, eq=False)
-class SensorDensity(Frozen):
+class SensorDensity(Result):
     """What `sensor_density` found, for attenuations of shape (...); the last axis is the component of the load.
 
     In a row these are the normal and the tangential load, l = 2; on an area N, Ty and Tz, l = 3.

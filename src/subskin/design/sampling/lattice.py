@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...contact import LocalContact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -20,7 +20,7 @@ _DENSEST = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class LatticeError(Frozen):
+class LatticeError(Result):
     """What `aliasing_error` found of a lattice on an area; of a contact, or of tractions that are white.
 
     Attributes

@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from .._common import index_of
@@ -20,7 +20,7 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class SlidingSamples(Frozen):
+class SlidingSamples(Result):
     """What `sliding_samples` found.
 
     Attributes

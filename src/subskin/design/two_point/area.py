@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
 from ...radial import tabulate_radial
@@ -30,7 +30,7 @@ _BLIND = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class AreaLimen(Frozen):
+class AreaLimen(Result):
     """What `two_point_area` found, of k pairs.
 
     Attributes

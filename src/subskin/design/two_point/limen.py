@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
 from .._common import whole
@@ -33,7 +33,7 @@ _LARGEST = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class TwoPointLimen(Frozen):
+class TwoPointLimen(Result):
     """What `two_point_limen` found. Arrays of shape (p, q, l): middle of the points, split of the force, their angles.
 
     Attributes

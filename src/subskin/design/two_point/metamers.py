@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...errors import GeometryError
 from ...finger import Finger, finger_needed
 from ...response import tabulate
@@ -23,7 +23,7 @@ _HALVINGS = 50
 
 
 @dataclass(frozen=True, eq=False)
-class Metamers(Frozen):
+class Metamers(Result):
     """Single points that read like several on two sensors.
 
     Attributes

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
@@ -26,7 +26,7 @@ _PITCHES = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0, 1.25, 1.5, 2.0)
 
 
 @dataclass(frozen=True, eq=False)
-class TwoPointStudy(Frozen):
+class TwoPointStudy(Result):
     """What `two_point_study` found. Arrays of shape (c, k, s, m): count, depth, pitch, noise.
 
     Attributes

@@ -278,5 +278,5 @@ def search_of(array: SensorArray, search: Any) -> tuple[FloatArray, float]:
     box = _check.real("search", search, unit="m")
     if box.shape != (2, 2) or not (box[:, 0] < box[:, 1]).all():
         rule = "the ends of y and those of z are needed, ascending"
-        raise InvalidValueError(f"search = {search!r}", rule, "search=((-5e-3, 5e-3), (-5e-3, 5e-3))")
+        raise InvalidValueError(f"search = {_check.shown(search)}", rule, "search=((-5e-3, 5e-3), (-5e-3, 5e-3))")
     return box, 0.0

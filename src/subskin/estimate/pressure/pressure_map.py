@@ -9,6 +9,7 @@ import numpy.typing as npt
 from ... import _check
 from ...finger import Finger, finger_needed
 from ...prepared import prepared
+from ..area.locator import search_of
 from .area_mapper import ImageMapper
 from .image import PressureImage
 from .map import PressureMap
@@ -78,7 +79,7 @@ def pressure_map(
     known(shear, rule)
     ends: Any
     if finger.array.on_area:
-        ends = None if search is None else tuple(map(tuple, _check.real("search", search, unit="m").tolist()))
+        ends = None if search is None else tuple(map(tuple, search_of(finger.array, search)[0].tolist()))
     else:
         ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     numbers: dict[str, Any] = _check.values(

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._frozen import Result
 from ...contact import LineLoad
 from ...contact.families import Family, family_of
 from ...errors import GeometryError, InvalidValueError
@@ -37,7 +37,7 @@ _LEVEL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class SideAngle(Frozen):
+class SideAngle(Result):
     """Angle of force found from a slope; every field has the batch's shape (...).
 
     Parameters

@@ -99,6 +99,7 @@ def blind_depth(skin: Skin, half_width: npt.ArrayLike, family: str | Family = "h
     >>> blind_depth(rubber, half_width=1.0).round(6).item(), blind_depth(rubber, 1.0, "punch").round(6).item()
     (0.786151, 1.414214)
     """
+    _check.noun("skin", skin, Skin, "finger.skin")
     kind = family_of(family)
     if issubclass(kind, LineLoad):
         rule = "it has no width, and on a half plane no blind depth"
@@ -188,6 +189,7 @@ def side_angle_from_slope(
     >>> round(float(told.angle), 3), round(float(told.std), 3), ss.Status(told.status).name
     (0.523, 0.012, 'OK')
     """
+    _check.noun("skin", skin, Skin, "finger.skin")
     kind = family_of(family)
     x = _check.real("depth", depth, unit="m", above=0.0)
     a, width_std, known = checked_width(kind, half_width, half_width_std)

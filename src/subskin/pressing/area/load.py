@@ -11,6 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...errors import InvalidValueError
+from ..body import pressing
 
 __all__ = ["Asked", "asked"]
 
@@ -58,10 +59,8 @@ def asked(friction: float | None, **given: Any) -> Asked:
     for name, unit in _UNITS.items():
         value = given[name]
         values[name] = None if value is None else _check.scalar(name, value, unit=unit)
-        number = values[name]
-        if number is not None and name in ("force", "depth") and not number > 0:
-            seen = f"{name} = {number:.6g} {unit}"
-            raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
+        if name in ("force", "depth"):
+            pressing(name, values[name], unit)
     for name, unit in _PAIRS.items():
         pairs[name] = None if given[name] is None else pair(name, given[name], unit)
     tilt = pairs.pop("tilt")

@@ -1,0 +1,33 @@
+"""Polynomials of degree 4 in equal cells: of which a `Response` is made."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ._check import FloatArray
+
+__all__ = ["DEGREE", "mean", "polynomial", "within"]
+
+DEGREE = 4
+"""Degree of the polynomial in a cell."""
+
+
+def within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """The cell in which each position lies, in `steps` from the start, and how far from its centre, (..., 1, 1)."""
+    cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
+    return cell, (steps - cell - 0.5)[..., None, None]
+
+
+def mean(c: FloatArray) -> FloatArray:
+    """Of the polynomials with the coefficients c (cells, 5, n, 2), over their cells."""
+    return np.asarray(c[:, 0] + c[:, 2] / 12 + c[:, 4] / 80)
+
+
+def polynomial(c: FloatArray, t: FloatArray, derivative: int = 0) -> FloatArray:
+    """Value, or a derivative, of the polynomials with the coefficients c (..., 5, n, 2)."""
+    total = np.zeros(c.shape[:-3] + c.shape[-2:])
+    for k in range(DEGREE, derivative - 1, -1):
+        factor = float(np.prod(np.arange(k, k - derivative, -1)))
+        total = total * t + factor * c[..., k, :, :]
+    return total
