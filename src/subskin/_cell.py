@@ -6,11 +6,25 @@ import numpy as np
 import numpy.typing as npt
 
 from ._check import FloatArray
+from .errors import GeometryError
 
-__all__ = ["DEGREE", "mean", "polynomial", "within"]
+__all__ = ["DEGREE", "NODES", "TO_POWERS", "cells_of", "mean", "polynomial", "within"]
 
 DEGREE = 4
 """Degree of the polynomial in a cell."""
+NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+"""Chebyshev-Lobatto points of a cell [-1/2, 1/2]: with the ends among them, neighbours agree where they meet."""
+TO_POWERS = np.linalg.inv(np.vander(NODES, increasing=True))
+"""From the values there to the coefficients."""
+_MOST = 1e6
+
+
+def cells_of(length: float, step: float) -> int:
+    """How many cells of about a `step` [m] there are in a `length` [m]."""
+    if not length < _MOST * step:
+        seen, rule = f"{length:.3g} m in steps of {step:.3g} m", f"at most {_MOST:.0e} cells are tabulated"
+        raise GeometryError(seen, rule, "deeper sensors, a shorter row, or a narrower search")
+    return max(int(np.ceil(length / step * (1 - 1e-12))), 1)
 
 
 def within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:

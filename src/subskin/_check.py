@@ -371,16 +371,13 @@ def values(**options: Any) -> dict[str, float | None]:
     plain = {name: without_unit(name, given, "m" if name == "scan_step" else "") for name, given in options.items()}
     for name, given in plain.items():
         unmasked(name, given)
-        if given is not None and not _is_number(given):
+        try:
+            number = given is None or (np.asarray(given).ndim == 0 and np.asarray(given).dtype.kind in "biuf")
+        except ValueError:  # rows of different lengths
+            number = False
+        if not number:
             raise InvalidValueError(f"{name} = {shown(given)}", "a single number is needed", f"{name}=1.0")
     return {name: np.asarray(given).item() for name, given in plain.items()}
-
-
-def _is_number(value: Any) -> bool:
-    try:
-        return np.asarray(value).ndim == 0 and np.asarray(value).dtype.kind in "biuf"
-    except ValueError:  # rows of different lengths
-        return False
 
 
 def whole(name: str, value: object, *, at_least: int, at_most: int, fix: str = "") -> int:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _check
-from ._cell import DEGREE, polynomial, within
+from ._cell import DEGREE, NODES, TO_POWERS, cells_of, polynomial, within
 from ._cell import mean as mean_of
 from ._check import FloatArray
 from ._frozen import Frozen
@@ -24,11 +24,7 @@ from .prepared import prepared
 
 __all__ = ["Response", "tabulate"]
 
-# Chebyshev-Lobatto points of a cell [-1/2, 1/2]: with the ends among them, neighbouring cells agree where they meet.
-_NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
-_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 _CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
-_MOST_STEPS = 1e6
 _MOST_CELLS = 1 << 12
 _MOST_HALVINGS = 5
 _SEARCH = "search=(-5e-3, 5e-3)"
@@ -143,19 +139,19 @@ class Response(Frozen):
         start, stop, step, tolerance = _check.scalars(_LIMITS, start=start, stop=stop, step=step, tolerance=tolerance)
         if not stop > start:
             raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop", "swap them")
-        cells = _cells(stop - start, step)
+        cells = cells_of(stop - start, step)
         most = max(_MOST_CELLS, cells << _MOST_HALVINGS)
         while cells <= most:
             width = (stop - start) / cells
             centres = start + width * (np.arange(cells) + 0.5)
-            positions = centres[:, None] + width * np.concatenate([_NODES, _CHECKS])
+            positions = centres[:, None] + width * np.concatenate([NODES, _CHECKS])
             values = _check.real("function(position)", function(positions))
             if values.shape[:2] != positions.shape or values.ndim != 4 or values.shape[3] != 2:
                 rule = f"positions of shape {positions.shape} have to give {(*positions.shape, 'n', 2)}"
                 raise GeometryError(f"function(position) of shape {values.shape}", rule.replace("'", ""))
-            at_nodes, at_checks = np.split(values, [_NODES.size], axis=1)
-            coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
-            cell, t = within((positions[:, _NODES.size :] - start) / width, cells)
+            at_nodes, at_checks = np.split(values, [NODES.size], axis=1)
+            coefficients = np.einsum("kj,cjnl->cknl", TO_POWERS, at_nodes)
+            cell, t = within((positions[:, NODES.size :] - start) / width, cells)
             worst = float(np.abs(polynomial(coefficients[cell], t) - at_checks).max())
             peak = float(np.abs(at_nodes).max())
             if worst <= tolerance * peak:
@@ -260,14 +256,14 @@ class Response(Frozen):
         if widest > (most := _MOST_WIDE * depth) * (1 + 1e-12):
             rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {most:.6g} m, can be fitted"
             raise InvalidValueError(f"half widths up to {widest:.6g} m", rule, f"half_width=(0.0, {most:.3g})")
-        step = (high - low) / (cells := _cells(high - low, depth / 16))
-        positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * _NODES
+        step = (high - low) / (cells := cells_of(high - low, depth / 16))
+        positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * NODES
         line = tabulate(finger, (low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
         values = np.stack([line._summed(positions, widest * np.sqrt(q) * lines, weights) for q in shares])
         matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
         sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
-        return cls(low, step, np.einsum("kj,wcjnl->wcknl", _TO_POWERS, sums), line.error, widest)
+        return cls(low, step, np.einsum("kj,wcjnl->wcknl", TO_POWERS, sums), line.error, widest)
 
     def _summed(self, positions: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
         """Sum of the values at `positions` + `shifts` (m,), of line loads, times `weights`; positions + (n, 2)."""
@@ -390,17 +386,10 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
 
     def make() -> Response:
         low, high = ends_of(finger, ends)
-        cells = 2 * _cells(high - low, float(np.asarray(finger.array.depth).min()) / 16)  # half as many never do
+        cells = 2 * cells_of(high - low, float(np.asarray(finger.array.depth).min()) / 16)  # half as many never do
         step = (high - low) / cells
         if finger.skin.ridges is not None:
             low, high, step = from_crest_to_crest(low, high, step, *finger.skin.ridges, finger.skin.period)
         return Response.from_function(finger.receptive_field, low, high, step=step)
 
     return prepared(finger).get(("table", ends), make)
-
-
-def _cells(length: float, step: float) -> int:
-    if not length < _MOST_STEPS * step:
-        seen, rule = f"{length:.3g} m in steps of {step:.3g} m", f"at most {_MOST_STEPS:.0e} cells are tabulated"
-        raise GeometryError(seen, rule, "deeper sensors, a shorter row, or a narrower search")
-    return max(int(np.ceil(length / step * (1 - 1e-12))), 1)

@@ -73,7 +73,8 @@ def contact_strip(found: Estimate, *, origin: float = 0.0) -> Figure:
 def _row(shape: tuple[int, ...]) -> npt.NDArray[np.intp]:
     """The numbers of the frames."""
     if len(shape) != 1 or not shape[0]:
-        raise GeometryError(f"frames of shape {shape}", "a row of at least one frame is needed", "found[:10]")
+        fix = "readings[None]" if not shape else "found[0]" if shape[0] else "readings of some frames"
+        raise GeometryError(f"frames of shape {shape}", "a row of at least one frame is needed", fix)
     return np.arange(shape[0])
 
 
