@@ -340,3 +340,19 @@ def test_options_that_belong_to_a_row(finger):
         finger.locate(np.zeros(16), search=(-1e-3, 1e-3))
     with pytest.raises(InvalidValueError, match="point"):
         finger.fit(np.zeros(16), "hertz")
+
+
+def test_y_and_z_are_treated_alike():
+    """Mirrored touches on a square grid: the same answers with y and z exchanged, widened intervals among them."""
+    array = ss.SensorArray.grid((4, 4), 1.0, 1.0, noise=1e-2 * 3 / (2 * np.pi))
+    tip = ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
+    rng = np.random.default_rng(6)
+    at, angle, azimuth = rng.uniform(-1.5, 1.5, (400, 2)), rng.uniform(0, 0.7, 400), rng.uniform(-np.pi, np.pi, 400)
+    frames = tip.read(ss.PointLoad(force=1.0, angle=angle, azimuth=azimuth, position=at), rng)
+    one, other = tip.locate(frames), tip.locate(frames.reshape(-1, 4, 4).swapaxes(1, 2).reshape(-1, 16))
+    np.testing.assert_array_equal(one.status, other.status)
+    mirrored = np.array([1, 0, 2, 4, 3])
+    seen, swapped = one.load.covariance[one.ok], other.load.covariance[one.ok][:, mirrored][:, :, mirrored]
+    np.testing.assert_allclose(
+        np.diagonal(seen, axis1=1, axis2=2), np.diagonal(swapped, axis1=1, axis2=2), rtol=0.02, equal_nan=False
+    )

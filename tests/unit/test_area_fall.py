@@ -47,7 +47,7 @@ def quick(w, sensors, first, table, friction, fit, scratch, lanes, reach=2.5, bo
 
 def moves(reach):
     """From the top to the eight positions (8, 2)."""
-    return reach * np.stack([ROOT[0] * ROUND[:, 0], ROOT[1] * ROUND[:, 0] + ROOT[2] * ROUND[:, 1]], axis=-1)
+    return reach * ROUND @ np.array([ROOT[:2], ROOT[1:]])
 
 
 def by_numpy(response, w, fit, friction, reach=2.5):

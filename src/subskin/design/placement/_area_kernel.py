@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate.area.climb import FIT, climb, drops
+from ...estimate.area.climb import FIT, climb, drops, root_of
 from ...estimate.area.cone import eliminate
 from ...estimate.area.field import ROWS
 
@@ -63,9 +63,7 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
             inside_y, inside_z = min(y - box[0], box[1] - y), min(z - box[2], box[3] - z)
             unsure = max(_normal(-inside_y / math.sqrt(yy)), _normal(-inside_z / math.sqrt(zz)))
             if yy + zz > _CURVED * _CURVED * wide * wide:  # the top may be no parabola: `judge.look_round`
-                root[0] = math.sqrt(yy)
-                root[1] = yz / root[0]
-                root[2] = math.sqrt(max(zz - root[1] * root[1], 0.0))
+                root_of(yy, yz, zz, root)
                 fit[29], fit[30], trial[3], best[3] = y, z, 0.0, math.inf
                 drops(
                     w, sensors, first, table, terms, mu, box, fit, total, root, _FAR, scratch, whole, trial, best, fall

@@ -176,11 +176,19 @@ def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, s
             return
 
 
+@compiled(inline=True)
+def root_of(yy, yz, zz, root):
+    """Fill root with 00, 01, 11 of the symmetric root of the covariance of (y, z)."""
+    det = math.sqrt(max(yy * zz - yz * yz, 0.0))
+    over = 1.0 / math.sqrt(yy + zz + 2.0 * det)
+    root[0], root[1], root[2] = (yy + det) * over, yz * over, (zz + det) * over
+
+
 @compiled(borrows=True)
 def drops(w, sensors, first, table, terms, mu, box, fit, base, root, reach, a, whole, trial, best, out):
     """How much lower S is than `base` round the top in fit, at `reach` standard deviations; into out.
 
-    root: the symmetric one of the covariance of (y, z), 00 01 11. A position higher than that in `best` goes there.
+    root: as of `root_of`. A position higher than that in `best` goes there.
     Outside the box S is taken to fall as at the top.
     """
     for k in range(out.size):

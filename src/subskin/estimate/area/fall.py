@@ -63,7 +63,7 @@ def _added(r, dy, dz, a0, g, n, ty, tz, left, b0, b1, b2, g00, g01, g02, g11, g1
 def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, best, lanes):
     """How much lower S is than at the top in fit, `reach` standard deviations round it: into lanes[:8]; and the least.
 
-    root: the symmetric one of the covariance of (y, z), 00 01 11; lanes: as of `LANES`. A position higher than that in
+    root: as of `climb.root_of`; lanes: as of `LANES`. A position higher than that in
     `best` goes there. Outside the box S is taken to fall as at the top.
     """
     n, ty, tz = fit[0], fit[1], fit[2]

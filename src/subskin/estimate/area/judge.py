@@ -13,7 +13,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..._lanes import EIGHT, answers, one_of
 from ..layout import AREA
-from .climb import ROUND, climb, drops
+from .climb import ROUND, climb, drops, root_of
 from .cone import eliminate
 from .fall import beyond_near, falls
 from .scan import shares_of_eight
@@ -195,9 +195,7 @@ def look_round(w, near, sensors, first, table, terms, options, fit, row, scratch
     """
     trial, best, root, fall = trials[0], trials[2], trials[1, :3], lanes[:8]
     c = _COVARIANCE
-    det = math.sqrt(max(row[c] * row[c + 5] - row[c + 1] * row[c + 1], 0.0))
-    over = 1.0 / math.sqrt(row[c] + row[c + 5] + 2.0 * det)
-    root[0], root[1], root[2] = (row[c] + det) * over, row[c + 1] * over, (row[c + 5] + det) * over
+    root_of(row[c], row[c + 1], row[c + 5], root)
     more[0] = more[1] = more[2] = 0.0
     mu, box = options[0], options[9:13]
     base, shape, widest = fit[3], 0, 0.0
