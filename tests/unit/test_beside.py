@@ -206,3 +206,17 @@ def test_four_strains_cannot_rule_a_point_out():
     off = np.abs(found.position - at[:, 0])
     # 47 where a point that takes up every reading is told from a line by the width of its top
     assert (found.ok & ((off > 5 * found.position_std) | (off > 0.3))).sum() <= 2
+
+
+def test_the_doubt_of_the_distance_is_in_the_interval_of_the_position():
+    """Strains with 1 % noise beside the row: a parabola's 95 % intervals hold 90 % of the positions."""
+    rng = np.random.default_rng(3)
+    array = ss.SensorArray.line(6, pitch=0.9, depth=1.0, noise=1e-2 * 3 / (2 * np.pi))
+    tip = ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
+    y, z = rng.uniform(-2.25, 2.25, 4000), rng.uniform(0.3, 1.0, 4000)
+    angle, azimuth = rng.uniform(0, np.deg2rad(40), 4000), rng.uniform(-np.pi, np.pi, 4000)
+    touch = ss.PointLoad(force=1.0, angle=angle, azimuth=azimuth, position=np.stack([y, z], axis=-1))
+    found = tip.locate(tip.read(touch, rng), load="point")
+    held = np.abs(found.position - y)[found.ok] < 1.959964 * found.std[found.ok, 0]
+    assert found.ok.mean() > 0.3
+    assert 0.93 < held.mean() < 0.975

@@ -35,7 +35,7 @@ _TERMS = 1e-7
 _FEW, _MANY = 16, 48
 _STEEPEST, _STEEP = 0.95, 1e3
 _PACE = 0.1
-"""Depths from one distance beside the row to the next at which the crest of chi-square is looked at."""
+"""Depths from one distance beside the row to the next along which the crest of chi-square is looked at."""
 _OPEN = 0.1
 """Depths: a position whose standard error is larger is left open by the readings."""
 
@@ -131,12 +131,12 @@ class PointLocator(Locator):
     ) -> None:
         super()._run(frames, pattern, out, doubt)
         if doubt is None:
-            from .crest import crest_is_open
+            from .crest import look_along
 
             arrays = self._arrays
             if pattern is not self._all:
                 arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
-            crest_is_open(frames, arrays[0], *arrays[-2:], _PACE * self._shallowest, out)
+            look_along(frames, arrays[0], *arrays[-2:], _PACE * self._shallowest, out)
         at = BESIDE
         out[:, at.square[1, 1]] += self.unseen(out)
         status = out[:, at.status]

@@ -1,7 +1,7 @@
-"""Compiled: whether a point load elsewhere on the crest of S, nearer to the row or farther, explains a frame as well.
+"""Compiled: S of a point load along its crest, where each distance beside the row has its best position.
 
-Along the crest, where each distance beside the row has its best position, S of a row of strains may have two tops, or
-hardly fall: then neither the scan nor the curvature at the top knows of the other end.
+S of a row of strains may have two tops there, or hardly fall: then neither the scan nor the curvature at the top knows
+of the other end, and a parabola does not say how far the position is in doubt.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ _STEPS = 12
 _APART = 4.0
 """Standard errors beyond which another position contradicts the answer."""
 _OK, _AMBIGUOUS = 0.0, 1.0
-_STATUS, _AWAY, _VARIANCE, _RESIDUAL = BESIDE.status, BESIDE.half_width, BESIDE.covariance, BESIDE.residual
+_STATUS, _AWAY, _RESIDUAL = BESIDE.status, BESIDE.half_width, BESIDE.residual
+_VARIANCE, _WITH_AWAY, _OF_AWAY = BESIDE.covariance, int(BESIDE.square[0, 3]), int(BESIDE.square[3, 3])
 
 
 @compiled()
-def crest_is_open(readings, sensors, table, options, pace, out):
-    """Make frames of `out` AMBIGUOUS whose crest is as high elsewhere; pace [m]: from one distance to the next.
+def look_along(readings, sensors, table, options, pace, out):
+    """Make frames of `out` AMBIGUOUS whose crest is as high elsewhere, and widen the variance of y of the others.
 
-    All else as of `project.project_frames`, of points beside a row.
+    It becomes that at one distance and the second moment of exp(S / 2) along the crest, if that is more. pace [m]: from
+    one distance to the next; all else as of `project.project_frames`, of points beside a row.
     """
     n = readings.shape[1]
     w, fit = np.empty(n), np.empty(14)
@@ -38,9 +40,9 @@ def crest_is_open(readings, sensors, table, options, pace, out):
         row = out[f]
         if row[_STATUS] != _OK:
             continue
-        total = whitened(readings[f], sensors, w)
-        enough = total - row[_RESIDUAL] - options[7]
-        apart = _APART * math.sqrt(row[_VARIANCE])
+        highest = whitened(readings[f], sensors, w) - row[_RESIDUAL]
+        enough, apart = highest - options[7], _APART * math.sqrt(row[_VARIANCE])
+        weight, moment = 1.0, 0.0
         for side in range(2):
             y, before, count = row[0], row[_AWAY], 0
             for k in range(_STEPS):
@@ -54,6 +56,9 @@ def crest_is_open(readings, sensors, table, options, pace, out):
                     options[16],
                 )  # fmt: skip
                 y_at[count], q_at[count], height[count] = y, q, fit[2]
+                share = math.exp(0.5 * min(fit[2] - highest, 0.0))
+                weight += share
+                moment += share * (y - row[0]) ** 2
                 count += 1
             for k in range(count):
                 top = (k == 0 or height[k] >= height[k - 1]) and (k == count - 1 or height[k] >= height[k + 1])
@@ -66,3 +71,6 @@ def crest_is_open(readings, sensors, table, options, pace, out):
                     s = fit[2]
                 if s > enough and abs(y - row[0]) > apart:
                     row[_STATUS] = _AMBIGUOUS
+        across = row[_VARIANCE] - row[_WITH_AWAY] ** 2 / row[_OF_AWAY]
+        if across > 0.0:
+            row[_VARIANCE] = max(row[_VARIANCE], across + moment / weight)
