@@ -13,7 +13,8 @@ from . import _check
 from .errors import InvalidValueError
 
 __all__ = [
-    "Rule", "batch_shape", "check_members", "each_of", "field", "instance", "numbers", "optional", "truths", "wrong",
+    "Rule", "batch_shape", "check_members", "each_of", "expanded", "field", "instance", "numbers", "optional",
+    "truths", "wrong",
 ]  # fmt: skip
 
 Rule: TypeAlias = Callable[[str, Any, Any, tuple[Any, ...]], Any]
@@ -151,6 +152,18 @@ def truths(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
     if np.asarray(field(real=True)(said, own, given, args)).dtype != np.bool_:
         raise wrong(said, given, "True or False is needed for each point")
     return given
+
+
+def expanded(kind: type[Any]) -> Rule:
+    """What `expand` gives: of the kind, with as many axes more as it was given, of length 1."""
+
+    def rule(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
+        shape = (*own.shape, *(1,) * (args[0] if args else 1))
+        if not isinstance(given, kind) or given.shape != shape:
+            raise wrong(said, given, f"a {kind.__name__} of the shape {shape} is needed")
+        return given
+
+    return rule
 
 
 def optional(inner: Rule) -> Rule:

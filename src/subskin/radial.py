@@ -46,10 +46,8 @@ _ANGLES, _FEW_ANGLES, _TURNED = 24, 9, 0.1
 _HIGHEST = 8
 _KEPT, _SAME = 1e-10, 1e-8
 """Shares of the largest reading: below the first a harmonic is rounding, below the second two are one."""
-_FARTHEST = 1e6
-"""Depths to which a table may reach."""
-_MOST = 1e-6
-"""Error that a table may have, relative to the largest reading."""
+_FARTHEST, _MOST = 1e6, 1e-6
+"""Depths to which a table may reach; and its error, relative to the largest reading."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -186,13 +186,6 @@ def _points(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> tuple[Any
     return tuple(_PER_CONTACT(f"{said}[{i}]", own, part, ()) for i, part in enumerate(given))
 
 
-def _expanded(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
-    shape = (*own.shape, *(1,) * (args[0] if args else 1))
-    if not isinstance(given, Contact) or given.shape != shape:
-        raise _hooks.wrong(said, given, f"a Contact of the shape {shape} is needed")
-    return given
-
-
 _FIELD, _REAL = _hooks.field(), _hooks.field(real=True)
 _PER_CONTACT = _REAL  # of no arguments
 _MEMBERS: dict[str, _hooks.Rule] = {
@@ -204,7 +197,7 @@ _MEMBERS: dict[str, _hooks.Rule] = {
     "spectrum": _hooks.each_of((_FIELD,) * 2, "two arrays, of pressure and shear,", Spectrum),
     "transforms": _hooks.each_of((_FIELD,) * 4 + (_REAL,), "five arrays, p, dp, q, dq and hq,", Transforms),
     "singular_points": _points,
-    "expand": _expanded,
+    "expand": _hooks.expanded(Contact),
 }
 
 

@@ -234,13 +234,6 @@ class LocalContact(Named, ABC):
         return self if isinstance(other, int) and other == 0 else NotImplemented
 
 
-def _expanded(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
-    shape = (*own.shape, *(1,) * (args[0] if args else 1))
-    if not isinstance(given, LocalContact) or given.shape != shape:
-        raise _hooks.wrong(said, given, f"a LocalContact of the shape {shape} is needed")
-    return given
-
-
 def _terms(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
     if not isinstance(given, tuple | list) or not all(isinstance(term, RadialTerm) for term in given):
         raise _hooks.wrong(said, given, "a tuple of RadialTerm, or None, is needed")
@@ -271,7 +264,7 @@ _MEMBERS: dict[str, _hooks.Rule] = {
     "radial_terms": _hooks.optional(_terms),
     "singular": _hooks.truths,
     "OUTLINE": _outline,
-    "expand": _expanded,
+    "expand": _hooks.expanded(LocalContact),
 }
 
 
