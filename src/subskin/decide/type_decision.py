@@ -340,7 +340,10 @@ def contact_type(
     if isinstance(kinds, Kind | str):
         raise InvalidValueError(f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))")
     fix = 'kinds=(Kind("vertex", "wedge", ...), ...)'
-    chosen = usual_kinds(finger) if kinds is None else _check.several("kinds", kinds, Kind, fix)
+    if kinds is None:
+        chosen = prepared(finger).get(("usual kinds",), lambda: usual_kinds(finger))
+    else:
+        chosen = _check.several("kinds", kinds, Kind, fix)
     on_area = finger.array.on_area
     if on_area and finger.measured is not None:
         rule = "a response measured in place knows the contact of its touches alone"
