@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Finger"]
 
-_LARGEST = 0.5  # m, of a skin's depth and of half a row
-_DEEPEST = 0.1  # m, of sensors in metres for certain
+LARGEST = 0.5  # m, of a skin's depth and of half a row
+DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
-_SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
+SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
 _UNIT_LOADS = LineLoad.of_components(np.eye(2)[:, None, None])  # on a sensor and its nodes
 _WIDEST = 1e5  # depths, a row that no search could go through
 _FAR = 100.0  # depths, from which nothing is felt
@@ -181,12 +181,12 @@ class Finger(Tabled, Frozen):
 
     def _doubt_units(self, deepest: float, softest: float) -> None:
         """Warn where lengths or moduli are not of a finger's size; where neither are, the units are one's own."""
-        if softest < _SOFTEST:
-            if softest != 1.0 and deepest < _DEEPEST:
+        if softest < SOFTEST:
+            if softest != 1.0 and deepest < DEEPEST:
                 _check.doubt("young", softest, "Pa", 1e6, "MPa")
             return
-        widest = max(_LARGEST, _LONGEST * deepest)
-        for name, largest in (("depth", _LARGEST), ("y", widest), ("z", widest)):
+        widest = max(LARGEST, _LONGEST * deepest)
+        for name, largest in (("depth", LARGEST), ("y", widest), ("z", widest)):
             value = float(np.abs(getattr(self.array, name)).max())
             if value > largest:
                 _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")

@@ -74,3 +74,19 @@ def test_two_counts_are_a_grid(subskin, folder):
     text = (folder / "finger.toml").read_text()
     (folder / "finger.toml").write_text(text.replace("count = 4", "count = [3, 3]"))
     failed(subskin("locate", "finger.toml", "r.csv"), 'layout = "grid" and shape = [3, 3]', "line 6")
+
+
+def test_a_load_cell_is_simulated_where_the_file_has_one(subskin, folder):
+    """The force of the first press, as the cell tells it, is that at which the finger reads what it reads."""
+    text = (folder / "finger.toml").read_text()
+    cell = 'force = { column = "cell", unit = "N" }\n[touch]\nlength = "20 mm"\n'
+    (folder / "finger.toml").write_text(text + cell)
+    made = ("simulate", "finger.toml", "-o", "raw.csv", "--recording", "--count", "3", "--grid", "--force", "0.8 N")
+    assert subskin(*made).code == 0
+    assert subskin("segment", "finger.toml", "raw.csv", "-o", "presses.csv").code == 0
+    file, presses = ss.load("finger.toml"), ss.io.read_table("presses.csv")
+    forces = presses.numbers("force")
+    assert ((forces > 30.0) & (forces < 40.0)).all()  # 0.8 N over 20 mm, less what the skin forgets
+    load = ss.LineLoad(forces[0], position=presses.numbers("position")[0])
+    read = presses.readings(file.names)[0] - file.finger.read(load) + file.finger.array.offset
+    assert abs(read).max() < 10.0  # noise is 5, of a frame

@@ -61,6 +61,8 @@ def test_whole_millimetres_are_the_same_number_as_metres(count):
         ([1], "m", "a number with its unit"),
         (None, "m", "a number with its unit"),
         ("2 mm", "", "a plain number"),
+        ("30 deg", "", "this is an angle"),
+        ("1 mrad", "", "this is an angle"),
     ],
 )
 def test_what_is_no_quantity_is_refused(value, to, said):

@@ -105,7 +105,7 @@ def test_so_do_pressures_slips_and_figures(rig):
 def test_tables_of_the_command_line_say_so(rig, ending):
     for name, relative in (("relative", True), ("newtons", False)):
         out = rig / f"{name}.{ending}"
-        for command in (("locate",), ("fit", "hertz"), ("pressure",)):
+        for command in (("locate",), ("fit", "hertz"), ("decide",), ("pressure",)):
             first = [command[0], rig / f"{name}.toml", rig / "touches.csv"]
             more = ["--family", command[1]] if command[1:] else []
             target = ["--totals", out] if command[0] == "pressure" else ["-o", out]
@@ -113,8 +113,8 @@ def test_tables_of_the_command_line_say_so(rig, ending):
             assert done.code == 0, done.err
             columns = read_table(out).columns
             assert ("force_unit" in columns) is relative
-            assert not (relative and "newtons" in columns)
-            assert ("touch loads" in subskin(*first, *more).out) is relative
+            assert ("newtons" in columns) is (not relative and command[0] != "pressure")
+            assert command[0] == "decide" or ("touch loads" in subskin(*first, *more).out) is relative
             told = json.loads(subskin(*first, *more, "--json").out)
             told = told.get("columns", told.get("totals"))
             assert ("force_unit" in told) is relative

@@ -146,7 +146,17 @@ def _columns(answers: Answers) -> dict[str, Any]:
         "status": status_names(said.status),
         "residual": said.residual,
         "used": answers.used,
+        **_unit(said, answers.file),
     }
+
+
+def _unit(said: TypeDecision, file: io.FingerFile) -> dict[str, Any]:
+    """The force in N where the contact's length is known; or what the force is in, where that is no newtons."""
+    from ..estimate.estimate import unit_column
+
+    if file.length is None or said.relative or file.finger.array.on_area:
+        return unit_column(said.shape, said.relative)
+    return {"newtons": said.force * file.length}
 
 
 def _shown_at(columns: dict[str, Any]) -> list[str]:

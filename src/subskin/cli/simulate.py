@@ -304,6 +304,7 @@ def _frames(
         usual = replace(usual, position=(y, z) if on_area else Column("position"))
     columns: dict[str, Any] = {name: raw.readings[:, i] / how.scale for i, name in enumerate(file.names)}
     each = [(how.time, raw.time), *zip(usual.tracks["position"], np.atleast_2d(raw.position.T), strict=True)]
+    each += [] if how.force is None else [(how.force, raw.force)]
     for column, values in [*each, (usual.tracks["press"][0], raw.press)]:
         columns[column.name] = np.round(values / column.scale, 9)
     return columns

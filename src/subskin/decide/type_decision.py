@@ -14,7 +14,7 @@ from .._check import FloatArray
 from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate.area.locator import search_of
-from ..estimate.estimate import FrameTable, Status
+from ..estimate.estimate import FrameTable, Status, unit_column
 from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind, columns
 from ..estimate.shown import Shown
 from ..finger import Finger, finger_needed
@@ -116,12 +116,15 @@ class TypeDecision(FrameTable):
         The cone that was searched, |tan(angle)| <= friction [-].
     columns : Columns
         Where in the table what stands: `LONG` or `LOCAL`.
+    relative : bool
+        Whether forces are multiples of the load of the touches of a calibration, as of the finger.
     """
 
     kinds: tuple[Kind, ...]
     sure: float
     friction: float = 1.0
     columns: columns.Columns = columns.LONG
+    relative: bool = False
 
     plot = Drawing("probability_strip")
 
@@ -145,7 +148,7 @@ class TypeDecision(FrameTable):
             y, z = np.moveaxis(found.pop("position"), -1, 0)
             more = {key: getattr(self, key) for key in ("azimuth", "half_length", "direction", "direction_std")}
             found = {"position_y": y, "position_z": z, **found, **more}
-        return {"kind": self.name, **each, **found, **super()._columns()}
+        return {"kind": self.name, **each, **found, **super()._columns(), **unit_column(self.shape, self.relative)}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -358,10 +361,11 @@ def contact_type(
 
     key = ("evidence", chosen, None if ends is None else np.asarray(ends).tobytes(), mu, alarm)
     table, used = prepared(finger).get(key, make)(readings)
+    layout = columns.LOCAL if on_area else columns.LONG
+    said = TypeDecision(table, used, chosen, float(sure), float(friction), layout, finger.relative)
     if on_area or ends is not None or finger.measured is not None:
-        said = columns.LOCAL if on_area else columns.LONG
-        return TypeDecision(table, used, chosen, float(sure), float(friction), said)
-    return _looked_around(finger, TypeDecision(table, used, chosen, float(sure), float(friction)), readings)
+        return said
+    return _looked_around(finger, said, readings)
 
 
 def _looked_around(finger: Finger, said: TypeDecision, readings: npt.ArrayLike) -> TypeDecision:

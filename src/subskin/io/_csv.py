@@ -30,6 +30,7 @@ _LONGEST = 64_000_000  # bytes that a row, or a cell in quotes, may have
 _HEAD = 4_000_000  # bytes of the line of names
 _COMMA, _LINE = 44, 10
 _NUMBER = re.compile(r"\s*[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|inf|infinity)\s*", re.IGNORECASE)
+_ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # how .xlsx, .ods and .npz begin, and .xls
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # how a cell begins that a spreadsheet would run
 
 
@@ -237,6 +238,10 @@ class CsvReader:
         return FileError(seen, "every line needs as many cells as the header", "complete that line, or delete it")
 
     def _text(self, block: bytes, line: int) -> str:
+        if line == 1 and block.startswith(_ARCHIVES):
+            raise FileError(
+                f"{self.name} is a spreadsheet or an archive", "a table is CSV or Parquet", "export it as CSV"
+            )
         if b"\0" in block:
             seen = f"{self.name}, line {line + block.count(10, 0, block.index(0))}: a byte that is 0"
             raise FileError(seen, "the file has to be text in UTF-8", "save it as UTF-8")

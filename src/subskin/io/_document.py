@@ -14,6 +14,7 @@ from ..spread import Spread
 from ..stream.presses import Column, RecordingFormat
 from ._live import live_of
 from ._sensors import build_array, in_readings, reading_unit, unit_of_readings
+from ._sizes import doubt_sizes
 from ._skin import Misplaced, build_skin, key_of
 from .units import format_quantity, line_load, line_load_scale, quantity, si_unit, unit_scale
 
@@ -90,6 +91,7 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
             stirring = _check.real("noise", stirring, above=0.0)
     except SubskinError as error:
         raise Misplaced(error, at, key_of(error)) from None
+    doubt_sizes(document, finger)
     return {
         "finger": finger,
         "names": names,
@@ -169,6 +171,9 @@ def _recording(table: _schema.RecordingTable, length: float | None, on_area: boo
         if entry is None:
             return None
         try:
+            if key == "force" and not on_area and length is not None and entry.unit is None:
+                fix = f'force = {{ column = "{entry.column}", unit = "N" }}'
+                raise InvalidValueError("no unit beside [touch] length", "it may be in N or in N/m", fix)
             if key == "force" and not on_area:
                 return Column(entry.column, 1.0 if entry.unit is None else line_load_scale(entry.unit, length))
             return Column(entry.column, 1.0 if entry.unit is None else unit_scale(entry.unit, unit, "unit"))

@@ -68,14 +68,22 @@ def validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
     except (ValueError, RecursionError) as error:
         found = re.search(r"(.*?)\s*\(at (?:line (\d+), column \d+|end of document)\)", str(error))
         line = found[2] or str(len(text.splitlines())) if found else None
-        what = found[1] if found else str(error)[:80]
-        rule = f"not TOML: {what[:1].lower()}{what[1:]}"
-        raise FileError(f"{name}, line {line}" if line else name, rule, 'write key = "value"') from None
+        rule, fix = _not_toml(found[1] if found else str(error)[:80])
+        raise FileError(f"{name}, line {line}" if line else name, rule, fix) from None
     try:
         document: _Model = model.model_validate(raw)  # type: ignore[attr-defined]
     except ValidationError as invalid:
         raise _explained(text, name, model, invalid.errors(include_url=False)) from None
     return document
+
+
+def _not_toml(what: str) -> tuple[str, str]:
+    """The rule and the fix for what the parser of Python says."""
+    if "overwrite" in what or "twice" in what:
+        return "each key, and each table, may stand once", "leave out one of the two"
+    if "recursion" in what:
+        return "not TOML: its brackets are nested too deep", "is it the right file"
+    return f"not TOML: {what[:1].lower()}{what[1:]}", 'write key = "value"'
 
 
 def misplaced(text: str, name: str, path: tuple[str, ...], error: SubskinError) -> FileError:
@@ -135,7 +143,7 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
             seen, rule = f"[{_dotted(keys)}]", "there may be several, so each is headed by twice the brackets"
             fix = f"[[{_dotted(keys)}]]"
         elif error["type"] in _NEEDED:
-            rule, fix = f"{_NEEDED[error['type']]} is needed", ""
+            rule, fix = f"{_NEEDED[error['type']]} is needed", _unquoted(key, error)
         elif error["type"] in ("model_type", "model_attributes_type", "dict_type"):
             first, *more = _keys(model, keys)
             held = f"{first} = {short(error['input'])}, " if isinstance(error["input"], str) else f"{first} = ..., "
@@ -153,6 +161,15 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
         also = f"Also {'; '.join(list(others.values())[:_MORE_SHOWN])}"
         rule, fix = (rule, f"{fix}. {also}") if fix else (f"{rule}. {also}", "")
     return located(text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix)
+
+
+def _unquoted(key: str, error: Any) -> str:
+    """The fix for a whole number that was written as text or with a point."""
+    try:
+        number = float(error["input"])
+    except (TypeError, ValueError):
+        return ""
+    return f"write {key} = {number:.0f}" if error["type"].startswith("int") and number.is_integer() else ""
 
 
 def _keys(model: Any, path: tuple[str, ...]) -> list[str]:

@@ -96,6 +96,11 @@ def _factor(text: str, to: str, name: str, seen: str) -> float:
     return one
 
 
+def _is_angle(text: str) -> bool:
+    registry = _registry()
+    return bool(registry.get_base_units(registry.parse_units(text.replace("·", "*")))[1] == registry.radian)
+
+
 def _example(to: str) -> str:
     return _EXAMPLES.get(to, f"1.5 {to}".strip())
 
@@ -141,6 +146,9 @@ def quantity(value: object, to: str, name: str) -> float:
         number = float(match[1])
         if match[2]:
             factor = _factor(match[2], to, name, seen)
+            if not to and _is_angle(match[2]):  # of no dimension to pint
+                rule = "a plain number is needed, and this is an angle"
+                raise InvalidValueError(seen, rule, "of an angle of friction write its tangent")
             inverse = round(1 / factor) if 1e-15 < factor < 1 else 0
             # divide where that is exact: 7 mm is then the same number as 0.007
             exact = inverse and math.isclose(1 / factor, inverse, rel_tol=1e-12)

@@ -29,12 +29,16 @@ _PERIODS = (0.9, 0.37)  # of the drift, in units of the recording
 
 @dataclass(frozen=True)
 class Recording(Frozen):
-    """Frames of a recording: `time` [s] and `press` [m] (m,), `position` [m] (m,) or (m, 2), `readings` (m, n)."""
+    """Frames of a recording: `time` [s] and `press` [m] (m,), `position` [m] (m,) or (m, 2), `readings` (m, n).
+
+    `force` (m,) is what a load cell on the indenter reads [N/m], on an area [N].
+    """
 
     time: FloatArray
     position: FloatArray
     press: FloatArray
     readings: FloatArray
+    force: FloatArray
 
 
 def simulate_recording(
@@ -149,7 +153,8 @@ def simulate_recording(
     pressed = np.maximum(felt, 0.0) * np.cos(angle)
     readings = unbounded.digitise(values, rng, pressed) + drift * _drift(frames, len(array), rng)
     bounds = replace(array, gain=1.0, lift=0.0, offset=0.0)
-    return Recording(time, y[which], press, bounds.digitise(readings))
+    cell = np.where(load > 0, np.maximum(felt, 0.0), 0.0)  # of what a skin still feels when let go, it reads nothing
+    return Recording(time, y[which], press, bounds.digitise(readings), cell)
 
 
 def _recoil(finger: Finger, values: FloatArray) -> FloatArray:
