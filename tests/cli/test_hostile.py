@@ -421,9 +421,11 @@ def test_memory_does_not_grow_with_the_table(tmp_path, monkeypatch, kind):
 
 
 def test_what_a_library_says_to_programmers_is_left_out(capsys):
-    from subskin.cli.main import _warn
+    from subskin.cli.main import _warns
     from subskin.errors import ValidityWarning
 
-    _warn("'oneOf' deprecated", DeprecationWarning)
-    _warn("a depth of 2 m", ValidityWarning)
+    warn = _warns()
+    warn("'oneOf' deprecated", DeprecationWarning)
+    for _ in range(2):  # from two lines of code
+        warn("a depth of 2 m", ValidityWarning)
     assert capsys.readouterr().err == "subskin: warning: a depth of 2 m\n"

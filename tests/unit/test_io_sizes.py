@@ -1,11 +1,12 @@
 """What a finger file means by numbers without their unit, and how a slip of the writer is answered."""
 
 import warnings
+from importlib.resources import files
 
 import pytest
 
 from subskin.errors import FileError, ValidityWarning
-from subskin.io import parse_finger, read_table
+from subskin.io import parse_finger, parse_goals, read_table
 
 GOOD = """\
 [skin]
@@ -104,3 +105,27 @@ def test_a_spreadsheet_is_called_that(tmp_path, start):
     path.write_bytes(start + bytes(range(256)))
     with pytest.raises(FileError, match=r"spreadsheet.*Fix: export it as CSV"):
         read_table(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "seen"),
+    [
+        ('young = "0.4 MPa"\n', "young = 0.4\n", "young = 0.4 Pa: if 0.4 MPa"),
+        ('thickness = "5 mm"', "thickness = 5", "thickness = 5 m: if 5 mm"),
+        ('position = "0.2 mm"', "position = 0.2", "position of [accuracy] = 0.2 m: if 0.2 mm"),
+        ('angle = "4 deg"', "angle = 4", "angle of [accuracy] = 4 rad: if 4 deg was meant, write 0.0698132"),
+        ('depth = ["0.8 mm", "4 mm"]', "depth = [0.8, 4]", "depth = 4 m: if 4 mm"),
+        ('longest_row = "14 mm"', "longest_row = 14", "longest_row = 14 m: if 14 mm"),
+        ('width = "0.3 mm"', "width = 0.3", "width of [[sensor]] = 0.3 m: if 0.3 mm"),
+        ('feature = "3 mm"', "feature = 3", "feature = 3 m: if 3 mm"),
+    ],
+)
+def test_goals_without_units_are_said_once(old, new, seen):
+    text = files("subskin.io").joinpath("goals_example.toml").read_text()
+    assert text.count(old) == 1
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        parse_goals(text)
+        assert not caught
+        parse_goals(text.replace(old, new))
+    assert [seen in str(each.message) for each in caught] == [True]

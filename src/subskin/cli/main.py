@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any
@@ -105,11 +105,17 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _warn(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
-    """A warning in one line, without the line of code that raised it; none that a library has for programmers."""
-    if issubclass(category, DeprecationWarning | PendingDeprecationWarning):
-        return
-    _said(f"warning: {printable(message)}", 0)
+def _warns() -> Callable[..., None]:
+    """Each warning once, in one line without the line of code; none that a library has for programmers."""
+    told: set[str] = set()
+
+    def warn(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+        text = printable(message)
+        if text not in told and not issubclass(category, DeprecationWarning | PendingDeprecationWarning):
+            told.add(text)
+            _said(f"warning: {text}", 0)
+
+    return warn
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -171,7 +177,7 @@ def _run(argv: Sequence[str] | None) -> int:
         parser.error("--json and -o - would both write to standard output: choose one")
     apart(inputs_of(options), outputs_of(options))
     with warnings.catch_warnings():
-        warnings.showwarning = _warn
+        warnings.showwarning = _warns()
         code: int = options.run(options)
     return code
 

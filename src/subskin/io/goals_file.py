@@ -16,6 +16,7 @@ from ..design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinCh
 from ..design.tolerance import SOURCES
 from ..errors import InvalidValueError, SubskinError
 from ._sensors import said_of, transducer_said
+from ._sizes import doubt_goals
 from ._skin import Misplaced, build_skin, key_of
 from ._toml_errors import misplaced, read_text, validated
 from .units import format_quantity, line_load, quantity, rounded
@@ -88,6 +89,7 @@ def parse_goals(text: str, name: str = "goals.toml") -> GoalsFile:
         goals = _build(document)
     except Misplaced as wrong:
         raise misplaced(text, name, wrong.path, wrong.error) from None
+    doubt_goals(document)
     raw = tomllib.loads(text)["skin"]
     skins = tuple({key: value for key, value in table.items() if key != "name"} for table in raw)
     return GoalsFile(goals, skins, text)
