@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from . import _bounds
 from .errors import GeometryError, InvalidValueError, UnknownOptionError, ValidityWarning, printable
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
@@ -20,15 +21,6 @@ _STICKIEST = 10.0  # coefficient of friction beyond any rubber's
 _SHOWN = 80  # letters of a value in a message
 _NO_NUMBERS = "SUMmc"
 """Kinds of arrays out of which NumPy would make numbers: text, dates, complex ones less their imaginary part."""
-
-
-def _seen(name: str, array: FloatArray, bad: npt.NDArray[np.bool_]) -> str:
-    """`name = value`, with the index of the first offender where the value is an array."""
-    if array.ndim == 0:
-        return f"{name} = {float(array):.6g}"
-    where = tuple(int(i) for i in np.argwhere(bad)[0])
-    position = ", ".join(map(str, where))
-    return f"{name}[{position}] = {array[where]:.6g}"
 
 
 def real(
@@ -42,33 +34,15 @@ def real(
     finite: bool = True,
     fix: str = "",
 ) -> FloatArray:
-    """`value` as a read-only float array that is not the caller's own, within the stated bounds.
+    """`value` as a read-only float array that is not the caller's own, within the stated bounds and those of all.
 
     A quantity of pint is converted to `unit`; one of another dimension is refused.
     """
     plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
     array = np.array(value) if plain else _floats(name, value, unit, fix)
-    if finite and not _all(known := np.isfinite(array)):
-        raise _beyond(name, array, known, "finite", unit, fix)
-    if above is not None and not _all(array > above):
-        raise _beyond(name, array, array > above, f"> {above:g}", unit, fix)
-    if at_least is not None and not _all(array >= at_least):
-        raise _beyond(name, array, array >= at_least, f">= {at_least:g}", unit, fix)
-    if at_most is not None and not _all(array <= at_most):
-        raise _beyond(name, array, array <= at_most, f"<= {at_most:g}", unit, fix)
+    _bounds.keep(name, array, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
     array.flags.writeable = False
     return array
-
-
-def _all(good: Any) -> bool:
-    """Whether every one is; `good.all()` takes twice the time."""
-    return bool(np.logical_and.reduce(good, axis=None))
-
-
-def _beyond(
-    name: str, array: FloatArray, good: npt.NDArray[np.bool_], bound: str, unit: str, fix: str
-) -> InvalidValueError:
-    return InvalidValueError(_seen(name, array, ~good), f"has to be {bound}" + (f" [{unit}]" if unit else ""), fix)
 
 
 def _floats(name: str, value: Any, unit: str, fix: str) -> FloatArray:
@@ -185,6 +159,12 @@ def flag(name: str, value: object) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise InvalidValueError(f"{name} = {shown(value)}", "True or False is needed", f"{name}=True")
     return bool(value)
+
+
+def function(name: str, value: object) -> None:
+    """Refuse what cannot be called; None is one that is left out."""
+    if value is not None and not callable(value):
+        raise InvalidValueError(f"{name} = {shown(value)}", "a function is needed", f"leave out {name}")
 
 
 def random(rng: object) -> np.random.Generator:

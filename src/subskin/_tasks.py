@@ -81,7 +81,7 @@ def run_tasks(
     """
     if executor is not None and not callable(getattr(executor, "submit", None)):
         rule, fix = "something with submit is needed", "executor=concurrent.futures.ProcessPoolExecutor(4)"
-        raise InvalidValueError(f"executor = {executor!r}", rule, fix)
+        raise InvalidValueError(f"executor = {_check.shown(executor)}", rule, fix)
     own = ThreadPoolExecutor(threads(workers)) if executor is None else None
     pool = own or executor
     assert pool is not None

@@ -17,6 +17,7 @@ ORDER = (
     "_lazy",
     "errors",
     "_path",
+    "_bounds",
     "_check",
     "_presets",
     "_shown",

@@ -29,10 +29,8 @@ def test_every_status_is_one(verb):
     assert (found.status[7:] == ss.Status.UNEXPLAINED).all()
     assert (found.status[:7] == (ss.Status.OK if verb == "without one" else ss.Status.UNEXPLAINED)).all()
     assert "unexplained" in repr(found).lower()
-    for gain, noise in ((1.0, 1e-300), (1e300, 1e-4)):
-        wild = ss.Finger(SKIN, ss.SensorArray.line(6, 1.5e-3, 2e-3, noise=noise, gain=gain))
-        found = VERBS[verb](wild, TOUCH[None])
-        assert found.status[0] == ss.Status.UNEXPLAINED
+    exact = ss.Finger(SKIN, ss.SensorArray.line(6, 1.5e-3, 2e-3, noise=1e-300))
+    assert VERBS[verb](exact, TOUCH[None]).status[0] == ss.Status.UNEXPLAINED
 
 
 @pytest.mark.filterwarnings("error")

@@ -13,7 +13,6 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import Tabled, many_of, parameter_rows
-from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate
 from ..finger import Finger
 from ._learning import Learning
@@ -153,8 +152,8 @@ class BlindCalibration(Tabled, Frozen):
 
     def std(self, touches: float) -> FloatArray:
         """Standard deviation of each parameter after `touches` of this kind in all, shape (k,)."""
-        count = _check.real("touches", touches, at_least=0.0, finite=False)
-        return _check.read_only(self._learning.std(float(count)))
+        count = _check.scalar("touches", touches, at_least=0.0, finite=False)
+        return _check.read_only(self._learning.std(count))
 
     def touches_for(self, parameter: int, std: float) -> float:
         """How many touches of this kind it takes, in all, until a parameter's standard deviation is at most `std`.
@@ -173,10 +172,9 @@ class BlindCalibration(Tabled, Frozen):
         InvalidValueError
             No such parameter, a `std` that is not > 0.
         """
-        if not 0 <= parameter < len(self.parameters):
-            raise InvalidValueError(
-                f"parameter = {parameter}", f"there are parameters 0 to {len(self.parameters) - 1}", "parameter=0"
-            )
+        parameter = _check.whole(
+            "parameter", parameter, at_least=0, at_most=len(self.parameters) - 1, fix="parameter=0"
+        )
         wanted = _check.scalar("std", std, above=0.0, unit=self.parameters[parameter].unit)
         return self._learning.touches_for(parameter, wanted)
 
@@ -185,7 +183,7 @@ class BlindCalibration(Tabled, Frozen):
 
         By propagation of the covariance; for loads that are spread as those used here.
         """
-        count = None if touches is None else float(_check.real("touches", touches, at_least=0.0, finite=False))
+        count = None if touches is None else _check.scalar("touches", touches, at_least=0.0, finite=False)
         return ErrorRatio(*self._learning.error_ratio(count))
 
     def touches_for_ratio(self, ratio: float = 1.3) -> float:

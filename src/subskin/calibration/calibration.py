@@ -290,7 +290,7 @@ def _share(parameter: Parameter) -> str:
 
 def checked_readings(readings: npt.ArrayLike, sensors: int) -> FloatArray:
     """Readings (m, n), checked; NaN and infinity stay."""
-    data = _check.real("readings", _check.readings(readings), finite=False)
+    data = _check.read_only(np.array(_check.readings(readings)))
     if data.ndim != 2 or data.shape[1] != sensors:
         rule = f"one touch a row, one of the {sensors} sensors a column"
         raise GeometryError(f"readings of shape {data.shape}", rule, f"shape (touches, {sensors})")

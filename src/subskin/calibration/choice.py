@@ -85,7 +85,7 @@ def choose(
     force: npt.ArrayLike | None = None,
     angle: npt.ArrayLike = 0.0,
     azimuth: npt.ArrayLike = 0.0,
-    advance: Callable[[], object] = lambda: None,
+    advance: Callable[[], object] | None = None,
     **options: Any,
 ) -> Choice:
     """Calibrate each candidate and compare them by the errors of positions on touches held out.
@@ -138,6 +138,7 @@ def choose(
             "a mapping of names to at least one finger and what to fit of it is needed",
             '{"my finger": (finger, ("gain", "depth", "origin"))}',
         )
+    _check.function("advance", advance)
     known = _check.real("positions", positions, unit="m")
     count = len(known) if known.ndim else 0
     if count < 2 * _BLOCKS:
@@ -151,7 +152,8 @@ def choose(
             raise InvalidValueError(f"{name}: {_check.shown(pair)}", rule, '(finger, ("gain", "depth", "origin"))')
         finger, fit = pair
         trials.append(_trial(name, finger, fit, (readings, positions, force, angle, azimuth), options))
-        advance()
+        if advance is not None:
+            advance()
     trials.sort(key=lambda t: t.score)
     if not np.isfinite(trials[0].score):
         raise ConvergenceError(

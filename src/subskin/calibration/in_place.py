@@ -137,7 +137,7 @@ class _Kriging:
         errors: list[float] = []
         count = 0
         straight = np.flatnonzero((self.fit.load[:, 1:] == 0).all(axis=1) & self.fit.seen.all(axis=1))
-        for t in straight[:: -(-len(straight) // _MOST_TOUCHES)]:
+        for t in straight[:: max(-(-len(straight) // _MOST_TOUCHES), 1)]:
             truth = self.unsure.moved[t]
             steps = np.arange(-_NEAR, _NEAR + _STEP / 2, _STEP) * self.depth
             y, z = truth[0] + steps, truth[1] + steps

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
@@ -67,7 +68,7 @@ def checked(estimate: Estimate) -> Estimate:
     """What is an estimate; an error for what is not."""
     if not isinstance(estimate, Estimate):
         raise InvalidValueError(
-            f"estimate = {repr(estimate)[:60]}",
+            f"estimate = {_check.shown(estimate)}",
             "what Finger.locate or Finger.fit returned is needed",
             "decide.slip(finger.fit(readings), friction=0.5)",
         )

@@ -113,8 +113,17 @@ class Slip(Frozen):
         """Probability of slip of a load found at (normal, tangential) [N/m] with the errors of one frame.
 
         `frame` is its index, () where there is no batch; the result has the shape of the forces.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            No frame of the batch; forces that do not broadcast.
         """
-        index = np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)]) if self.shape else np.array([0])
+        try:
+            index = np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)]) if self.shape else np.array([0])
+        except (TypeError, ValueError):
+            rule = f"the index of a frame of a batch of shape {self.shape} is needed, from 0"
+            raise InvalidValueError(f"frame = {_check.shown(frame)}", rule, "frame=0") from None
         n, t = _check.real("normal", normal), _check.real("tangential", tangential)
         n, t = (np.broadcast_to(part, _check.broadcast(normal=n, tangential=t)) for part in (n, t))
         own = forces_of(self.estimate, self.contact)[0].at(np.repeat(index, n.size))

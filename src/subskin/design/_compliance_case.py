@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import _check
 from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..finger import Finger
 from ..pressing import ParticleOnFlat
@@ -25,6 +26,7 @@ def check_case(finger: Finger, particle: ParticleOnFlat) -> None:
         raise NotLinearError(
             "a transducer that is not linear", "a modulus scales the readings of linear ones only", "NormalStrain()"
         )
+    _check.noun("particle", particle, ParticleOnFlat, "pressing.ParticleOnFlat(4e-4, 3e-5, flat_half_width=1e-2)")
     if np.isinf(finger.skin.period) and np.isinf(particle.flat_half_width):
         raise GeometryError(
             f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "they would touch all along",

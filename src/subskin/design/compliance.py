@@ -164,6 +164,7 @@ def skin_compliance(
     >>> [ss.design.compliance.Regime(r).name for r in found.regime[0, :, 0]]
     ['BLURRED', 'TOLD', 'TIP']
     """
+    _check.function("progress", progress)
     finger_needed(finger)
     forces = np.atleast_1d(_check.real("force", force, unit="N/m", above=0.0))
     moduli = np.atleast_1d(_check.real("young", young, unit="Pa", above=0.0))

@@ -245,6 +245,7 @@ def half_plane_map(
     >>> found["reading"].round(3).tolist()
     [[0.271, 0.026]]
     """
+    _check.function("progress", progress)
     heights = np.atleast_1d(_check.real("thickness", thickness, above=1.0))
     radii = np.atleast_1d(_check.real("radius", radius, above=1.0, finite=False))
     array = SensorArray.line(count, pitch=1.0, depth=1.0)

@@ -76,7 +76,7 @@ class Touches:
             raise GeometryError(f"span = {self.span!r} m", "has to ascend", "span=(-5e-3, 5e-3)")
         object.__setattr__(self, "span", span)
         if self.length is not None:
-            _check.scalar("length", self.length, unit="m", above=0.0)
+            object.__setattr__(self, "length", _check.scalar("length", self.length, unit="m", above=0.0))
         if self.area is not None:
             self._check_area()
         elif self.half_width is not None:
@@ -211,6 +211,8 @@ class Touches:
 
         Line loads over `span_on` the `finger`; on an area what `contact` makes.
         """
+        count = _check.whole("count", count, at_least=0, at_most=10**9, fix="count=1000")
+        _check.noun("rng", rng, np.random.Generator, "rng=np.random.default_rng(0)")
         if self.area is not None:
             angle, azimuth = rng.uniform(0.0, self.cone, count), rng.uniform(-np.pi, np.pi, count)
             return self.contact(self._leaning(angle, azimuth), self._at(rng.uniform(size=(count, 2))))

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._axes import on_finger, on_touches
 from .._check import FloatArray
 from .._shown import Tabled, span
 from ..errors import FileError, SubskinError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..loads import force_unit
 from ..measured import MeasuredResponse
 from ._document import model_facts, said
@@ -259,6 +260,7 @@ class FingerFile(Tabled, Recorded):
 
         A free skin's difference is 0; what presses have in common at a sensor goes with their force.
         """
+        names = _check.several("names", names, str, 'names=("gain", "depth")')
         return tuple(dict.fromkeys("lift" if name == "offset" and self.differences else name for name in names))
 
     def on_finger(self, positions: npt.ArrayLike) -> FloatArray:
@@ -295,6 +297,7 @@ class FingerFile(Tabled, Recorded):
         """
         from ._toml_edit import edited
 
+        finger_needed(finger)
         if self.differences:
             finger.array.refuse_offset()
         told = ({"differences": True} if self.differences else {}) | model_facts(finger) | dict(facts or {})
@@ -341,6 +344,7 @@ def save_finger(file: FingerFile, path: str | Path) -> None:
     ...     load(f"{folder}/finger.toml").names
     ('s0',)
     """
+    _check.noun("file", file, FingerFile, 'io.load("finger.toml")')
     if file.finger.measured is None:
         write_bytes(path, file.text.encode("utf-8"))
     else:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import _check
 from ..errors import InvalidValueError
 from ..stream.relaxation import Relaxation
 from ._document import check_held
@@ -68,10 +69,13 @@ def fit_held(file: FingerFile, recording: Table | Path, *, terms: int = 2, every
     ([[0.3, 0.1]], [2.0])
     """
     from ..stream import fit_relaxation
+    from .finger_file import FingerFile
 
     table = table_of(recording)
     if table is None:
         raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
+    _check.noun("file", file, FingerFile, 'io.load("finger.toml")')
+    every = _check.whole("every", every, at_least=1, at_most=10**9, fix="every=1")
     plain = replace(file, relaxation=None)
     presses = plain.segment(table)
     readings, time = file.in_range(table)
@@ -124,6 +128,10 @@ def with_relaxation(file: FingerFile, relaxation: Relaxation) -> FingerFile:
     time = ["1.5 s"]
     doubt = 0.3
     """
+    from .finger_file import FingerFile
+
+    _check.noun("file", file, FingerFile, 'io.load("finger.toml")')
+    _check.noun("relaxation", relaxation, Relaxation, "Relaxation(share=[0.1], time=[1.5])")
     check_held(relaxation, file.finger.array)
     # as a reader of the file finds them
     share, doubt = _rounded(relaxation.share), _rounded(relaxation.doubt)

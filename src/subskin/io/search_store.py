@@ -46,16 +46,15 @@ class FolderStore:
         self.folder = path_of(folder)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FileError(
-                str(folder), f"it cannot be made ({error.strerror or error})", "name another folder with -o"
-            ) from None
+        except (OSError, ValueError) as error:  # the latter of a name with a NUL
+            why = getattr(error, "strerror", None) or error
+            raise FileError(str(folder), f"it cannot be made ({why})", "name another folder with -o") from None
 
     def get(self, key: str) -> Mapping[str, FloatArray] | None:
         """The row called `key`, or None; a file that was damaged counts as none."""
         try:
             data = io.BytesIO((self.folder / f"{key}.npz").read_bytes())
-        except OSError:
+        except (OSError, ValueError):
             return None
         try:
             with np.load(data, allow_pickle=False) as file:

@@ -294,6 +294,10 @@ def format_quantity(value: float, unit: str) -> str:
     >>> format_quantity(0.0054, "m"), format_quantity(4e5, "Pa")
     ('5.4 mm', '0.4 MPa')
     """
+    from .. import _check  # here, so that who only converts a text need not load NumPy
+
+    value = _check.scalar("value", value, finite=False)
+    _check.noun("unit", unit, str, 'unit="m"')
     scale, name = {"m": (1e-3, "mm"), "Pa": (1e6, "MPa"), "rad": (math.pi / 180, "deg")}.get(unit, (1.0, unit))
     return f"{value / scale:.9g} {name}".strip()
 

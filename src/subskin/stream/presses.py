@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,18 @@ class Column:
 
     name: str
     scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check.noun("name", self.name, str, 'Column("time")')
+        object.__setattr__(self, "scale", _check.scalar("scale", self.scale))
+
+
+_LIMITS: dict[str, dict[str, Any]] = {
+    "scale": {},
+    "early": {"above": 0.0, "at_most": 1.0, "fix": "early = 0.4 averages the first 40 %"},
+    "before": {"unit": "s", "above": 0.0},
+    "hold": {"unit": "s", "above": 0.0},
+}
 
 
 @dataclass(frozen=True)
@@ -81,9 +93,8 @@ class RecordingFormat:
     hold: float = 0.5
 
     def __post_init__(self) -> None:
-        _check.scalar("early", self.early, above=0.0, at_most=1.0, fix="early = 0.4 averages the first 40 %")
-        _check.scalar("before", self.before, unit="s", above=0.0)
-        _check.scalar("hold", self.hold, unit="s", above=0.0)
+        for name, limits in _LIMITS.items():
+            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), **limits))
 
     @property
     def tracks(self) -> dict[str, tuple[Column, ...]]:
@@ -197,9 +208,10 @@ def segment(
     >>> len(found), round(float(found.reading[0, 0]), 1), round(float(found.depth[0]) * 1e3, 3)
     (1, 6000.0, 2.0)
     """
-    if np.ndim(readings) != 2 or not np.size(readings):
+    readings = _check.readings(readings)
+    if readings.ndim != 2 or not readings.size:
         raise GeometryError(
-            f"readings of shape {np.shape(readings)}", "one frame a row, one sensor a column", "shape (frames, sensors)"
+            f"readings of shape {readings.shape}", "one frame a row, one sensor a column", "shape (frames, sensors)"
         )
     data, seconds = in_order(readings, time)
     tracks = {
@@ -212,7 +224,8 @@ def segment(
             raise GeometryError(
                 f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames", f"shape ({len(data)},)"
             )
-    RecordingFormat(("",), early=early, before=before, hold=hold)  # checks the options
+    options = RecordingFormat(("",), early=early, before=before, hold=hold)
+    early, before, hold = options.early, options.before, options.hold
     z = tracks.get("press")
     found = _from_readings(data, seconds, before, hold) if z is None else _from_depth(z, seconds, before, hold)
     kept = found.base_stop > found.base_start
@@ -311,9 +324,9 @@ def _from_readings(data: FloatArray, time: FloatArray, before: float, hold: floa
 
 
 def _frames(time: FloatArray, seconds: float) -> int:
-    """How many frames last so long, at the usual rate."""
+    """How many frames last so long, at the usual rate; where it is more than there are, one more."""
     step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
-    return max(round(seconds / step) if step > 0 else _FEWEST, _FEWEST)
+    return max(round(min(seconds / step, time.size + 1)) if step > 0 else _FEWEST, _FEWEST)
 
 
 def _span(data: FloatArray, width: int) -> FloatArray:

@@ -13,7 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen, Result
 from ..errors import GeometryError
-from .stage import Stage, check_state, in_order, join
+from .stage import Stage, check_state, in_order, join, some_of
 
 __all__ = ["Relaxation", "RelaxationState", "Relaxing", "Undoing", "Undone"]
 
@@ -113,9 +113,10 @@ class Relaxation(Frozen):
 
         Raises
         ------
-        GeometryError
-            Another number of them, or of readings at rest.
+        InvalidValueError, GeometryError
+            What is no number of sensors; another number of them, or of readings at rest.
         """
+        count = _check.whole("count", count, at_least=1, at_most=10**9, fix="count=8")
         share = np.asarray(self.share)
         wide = share[:, None] if share.ndim == 1 else share
         given = (("share", wide.shape[1]), ("rest", np.asarray(self.rest).size), ("doubt", np.asarray(self.doubt).size))
@@ -182,6 +183,7 @@ class Undone(Frozen):
     @classmethod
     def join(cls, parts: Sequence[Self]) -> Self:
         """Successive `parts` of one stream as one."""
+        parts = some_of(parts, cls)
         return cls(*(join([getattr(part, name) for part in parts]) for name in ("readings", "doubt")))
 
 

@@ -149,6 +149,14 @@ def join(parts: Sequence[Any]) -> Any:
     return type(first).join(parts)
 
 
+def some_of(parts: object, kind: type) -> tuple[Any, ...]:
+    """Parts of a stream of that kind, at least one."""
+    each = _check.several("parts", parts, kind, "the parts that steps gave, in their order")
+    if not each:
+        raise InvalidValueError("no parts", f"at least one {kind.__name__} is needed to be joined", "parts=[part]")
+    return each
+
+
 def check_state(state: object, kind: type) -> None:
     """Refuse what is no state of that kind, nor None, with which a stream begins."""
     if state is not None and not isinstance(state, kind):

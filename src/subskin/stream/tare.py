@@ -21,7 +21,7 @@ from ..finger import Finger, finger_needed
 from . import _tare_kernel as kernel
 from ._held import Held
 from ._room import Arrays, behind, since
-from .stage import Stage, check_state, in_order, join
+from .stage import Stage, check_state, in_order, join, some_of
 
 __all__ = ["Tare", "TareState", "Tared"]
 
@@ -107,6 +107,7 @@ class Tared(Frozen):
     @classmethod
     def join(cls, parts: Sequence[Tared]) -> Tared:
         """Successive `parts` of one stream as one."""
+        parts = some_of(parts, cls)
         frames = ("readings", "offset", "free", "frozen") + ("doubt",) * (parts[0].doubt is not None)
         return replace(parts[0], **{name: join([getattr(part, name) for part in parts]) for name in frames})
 
@@ -207,8 +208,9 @@ class Tare(Stage[TareState, Tared]):
             array.refuse_offset()
         check_noise(array, "a touch is known by the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
         for name in ("guard", "settle", "patience"):
-            _check.scalar(name, getattr(self, name), unit="s", above=0.0)
-        _check.scalar("false_alarm", self.false_alarm, above=0.0, at_most=0.5)
+            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), unit="s", above=0.0))
+        alarm = _check.scalar("false_alarm", self.false_alarm, above=0.0, at_most=0.5)
+        object.__setattr__(self, "false_alarm", alarm)
 
     @cached_property
     def _sensors(self) -> FloatArray:

@@ -82,9 +82,9 @@ def simulate_readings(
         raise GeometryError(seen, "one value a load is needed, of each the same number", "np.full(1000, 40.0)")
     if "position" in each and len(each["position"]):
         far = int(np.abs(each["position"]).reshape(len(each["position"]), -1).max(axis=1).argmax())
-        finger.read(contact(**{name: values[far] for name, values in each.items()}))  # warns of a unit forgotten
+        finger.read(made(contact, {name: values[far] for name, values in each.items()}))  # warns of a unit forgotten
     values = measured(finger, contact, each, executor=executor, progress=progress)
-    return finger.array.digitise(values, rng, contact(**each).normal_force if finger.array.lifted else 0.0)
+    return finger.array.digitise(values, rng, made(contact, each).normal_force if finger.array.lifted else 0.0)
 
 
 def measured(
@@ -127,4 +127,14 @@ def measured(
 def _piece(
     finger: Finger, contact: Callable[..., Contact | LocalContact], loads: Mapping[str, FloatArray]
 ) -> FloatArray:
-    return finger.measure(contact(**loads))
+    return finger.measure(made(contact, loads))
+
+
+def made(contact: Callable[..., Contact | LocalContact], loads: Mapping[str, FloatArray]) -> Contact | LocalContact:
+    """The contact of these loads, where `contact` makes one of them."""
+    try:
+        return contact(**loads)
+    except TypeError as error:
+        seen = f"contact = {_check.shown(contact)}, of {', '.join(loads)}: {error}"
+        rule = "a class of contacts is needed, or a function, with parameters of these names"
+        raise InvalidValueError(seen, rule, "contact=subskin.LineLoad") from error

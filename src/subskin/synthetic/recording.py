@@ -119,11 +119,11 @@ def simulate_recording(
     finger_needed(finger)
     y = np.atleast_1d(_check.real("positions", positions, unit="m"))
     times = {"ramp": ramp, "hold": hold, "rest": rest, "relaxation_time": relaxation_time}
-    for name, value in {"stroke": stroke, "rate": rate, **times}.items():
-        _check.scalar(name, value, above=0.0)
-    _check.scalar("force", force, unit="N/m", at_least=0.0)
-    _check.scalar("angle", angle, unit="rad")
-    _check.scalar("drift", drift, at_least=0.0)
+    values = {"stroke": stroke, "rate": rate, **times}
+    stroke, rate, ramp, hold, rest, relaxation_time = (_check.scalar(n, v, above=0.0) for n, v in values.items())
+    force = _check.scalar("force", force, unit="N/m", at_least=0.0)
+    angle, turn = _check.scalar("angle", angle, unit="rad"), _check.scalar("turn", turn, unit="rad")
+    drift = _check.scalar("drift", drift, at_least=0.0)
     share = _check.scalar("relaxation", relaxation, at_least=0.0, at_most=0.99)
     middle = _check.real("origin", origin, unit="m")
     if not len(y) or y.shape not in ((len(y),), (len(y), 2)) or middle.shape != y.shape[1:]:
@@ -146,10 +146,10 @@ def simulate_recording(
     # drift adds before the range and the resolution do their part
     unbounded = replace(array, low=-np.inf, high=np.inf, resolution=0.0)
     moving = felt != 0
-    values = np.zeros((frames, len(array)))
+    felt_by = np.zeros((frames, len(array)))
     loads = {"force": np.abs(felt[moving]), "angle": np.full(moving.sum(), angle), "position": own[which[moving]]}
-    values[moving] = measured(finger, contact, loads, executor=executor, progress=progress)
-    values = np.where((felt < 0)[:, None], _recoil(finger, values), values)
+    felt_by[moving] = measured(finger, contact, loads, executor=executor, progress=progress)
+    values = np.where((felt < 0)[:, None], _recoil(finger, felt_by), felt_by)
     pressed = np.maximum(felt, 0.0) * np.cos(angle)
     readings = unbounded.digitise(values, rng, pressed) + drift * _drift(frames, len(array), rng)
     bounds = replace(array, gain=1.0, lift=0.0, offset=0.0)

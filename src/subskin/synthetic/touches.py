@@ -66,13 +66,13 @@ class ContactShare:
     def __post_init__(self) -> None:
         known = {**families(), **local_families()}
         _check.choice("family", self.family, known, 'family="hertz"')
-        _check.scalar("share", self.share, above=0.0)
+        object.__setattr__(self, "share", _check.scalar("share", self.share, above=0.0))
         if (self.half_width is None) != (known[self.family] in (LineLoad, PointLoad)):
-            seen = f"half_width = {self.half_width} of a {self.family}"
+            seen = f"half_width = {_check.shown(self.half_width)} of a {self.family}"
             rule = "it has none" if self.half_width is not None else "it needs one"
             raise InvalidValueError(seen, rule, "half_width=(0.2e-3, 2e-3) for all but a line and a point")
         if self.half_width is not None:
-            _range("half_width", self.half_width, "m", above=0.0)
+            object.__setattr__(self, "half_width", _range("half_width", self.half_width, "m", above=0.0))
 
     @property
     def local(self) -> bool:
@@ -171,21 +171,31 @@ class RandomTouches(Frozen):
             if given is not None and _check.real(name, given).any():
                 rule = "a long contact is the same at every z"
                 raise InvalidValueError(f"{name} = {_check.shown(given)}", rule, f"leave out {name}")
-        _check.whole("count", self.count, at_least=1, at_most=10**12)
-        _check.whole("shard", self.shard, at_least=1, at_most=10**7)
-        _check.whole("seed", self.seed, at_least=0, at_most=2**63 - 1)
-        for name, unit in (("position", "m"), ("across", "m")):
+        for name, least, most in (("count", 1, 10**12), ("shard", 1, 10**7), ("seed", 0, 2**63 - 1)):
+            whole = _check.whole(name, getattr(self, name), at_least=least, at_most=most)
+            object.__setattr__(self, name, whole)
+        for name in ("position", "across"):
             if getattr(self, name) is None:
                 ends = np.asarray(array.y if name == "position" else array.z)
                 object.__setattr__(self, name, (float(ends.min()), float(ends.max())))
-            _range(name, getattr(self, name), unit)
-        _range("force", self.force, "N" if self.local else "N/m", above=0.0)
-        _range("angle", self.angle, "rad", at_least=0.0 if self.local else -np.pi / 2, at_most=np.pi / 2)
-        _range("azimuth", self.azimuth, "rad")
-        _range("noise", self.noise, "", at_least=0.0)
+        least = 0.0 if self.local else -np.pi / 2
+        limits: dict[str, dict[str, Any]] = {
+            "position": {"unit": "m"},
+            "across": {"unit": "m"},
+            "force": {"unit": "N" if self.local else "N/m", "above": 0.0},
+            "angle": {"unit": "rad", "at_least": least, "at_most": np.pi / 2},
+            "azimuth": {"unit": "rad"},
+            "noise": {"unit": "", "at_least": 0.0},
+        }
+        for name, limit in limits.items():
+            object.__setattr__(self, name, _range(name, getattr(self, name), **limit))
         for name, share in self.faults.items():
             if name not in FAULTS[1:]:
-                raise InvalidValueError(f"{name} = {share}", f"the faults are {', '.join(FAULTS[1:])}", "dead = 0.01")
+                raise InvalidValueError(
+                    f"{_check.shown(name)} = {_check.shown(share)}",
+                    f"the faults are {', '.join(FAULTS[1:])}",
+                    "dead = 0.01",
+                )
             _check.scalar(name, share, at_least=0.0, at_most=1.0)
         if sum(self.faults.values()) > 1:
             raise InvalidValueError(f"faults {dict(self.faults)}", "their shares are at most 1 together", "dead = 0.01")
@@ -248,10 +258,10 @@ class RandomTouches(Frozen):
         Raises
         ------
         InvalidValueError
-            There is no such shard.
+            There is no such shard; what is no number of touches.
         """
-        m, rng = len(self.rows(shard)), np.random.default_rng([self.seed, shard])
-        kept = slice(None, most)
+        m, rng = len(self.rows(shard)), np.random.default_rng([self.seed, int(shard)])
+        kept = slice(None if most is None else _check.whole("most", most, at_least=0, at_most=10**12))
         shares = np.array([contact.share for contact in self.contacts])
         which = rng.choice(len(shares), m, p=shares / shares.sum())
         width = np.zeros(m)
@@ -316,8 +326,10 @@ class RandomTouches(Frozen):
         return replace(array, gain=1.0, lift=0.0, offset=0.0).digitise(readings)
 
 
-def _range(name: str, ends: Any, unit: str, **limits: Any) -> None:
-    """Refuse what is not two numbers within the limits, the first at most the second."""
+def _range(name: str, ends: Any, unit: str, **limits: Any) -> tuple[float, float]:
+    """Two numbers within the limits, the first at most the second."""
     values = _check.real(name, ends, unit=unit, **limits)
     if values.shape != (2,) or values[0] > values[1]:
-        raise InvalidValueError(f"{name} = {ends}", "the least and the largest are needed", f"{name}=(0.0, 1.0)")
+        rule = "the least and the largest are needed"
+        raise InvalidValueError(f"{name} = {_check.shown(ends)}", rule, f"{name}=(0.0, 1.0)")
+    return float(values[0]), float(values[1])

@@ -32,7 +32,7 @@ _FARTHEST = 100.0
 MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
 """Rows of a survey, in the order of the compiled code."""
 
-_MOST_SAMPLES = 10**7
+_MOST_SAMPLES, _MOST_SENSORS = 10**7, 10**4
 GRID = (101, 41)
 """Positions and angles of the grid on which bounds are found."""
 
@@ -263,8 +263,14 @@ def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.in
     """Numbers of sensors: whole ones, and no fewer than a touch has unknowns."""
     _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     numbers = np.atleast_1d(_check.real("counts", counts))
-    if numbers.ndim != 1 or not numbers.size or not (numbers == np.round(numbers)).all():
-        raise InvalidValueError(f"counts = {counts!r}", "a list of whole numbers is needed", "counts=[4, 6, 8]")
+    if (
+        numbers.ndim != 1
+        or not numbers.size
+        or not (numbers == np.round(numbers)).all()
+        or numbers.max() > _MOST_SENSORS
+    ):
+        rule = f"a list of whole numbers up to {_MOST_SENSORS} is needed"
+        raise InvalidValueError(f"counts = {_check.shown(counts)}", rule, "counts=[4, 6, 8]")
     needed = 2 if touches.friction == 0 else 3
     if numbers.min() < needed:
         raise InvalidValueError(

@@ -100,6 +100,7 @@ def study_area(
     >>> found["rank"].tolist(), (1e3 * found["position_95"]).round(3).tolist()
     ([[4.0, 5.0]], [[inf, 0.121]])
     """
+    _check.function("progress", progress)
     check_area(skin, touches)
     deep = _check.scalar("depth", depth, unit="m", above=0.0)
     steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))

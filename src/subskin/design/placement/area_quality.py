@@ -24,7 +24,7 @@ from ._area import (
     searched_area,
     tables_of,
 )
-from ._table import AMBIGUITY, MARGIN, SHARES, checked_margin
+from ._table import AMBIGUITY, MARGIN, SHARES, checked_grid, checked_margin
 from .area import AREA_SAMPLES
 
 __all__ = ["AreaQuality", "area_quality"]
@@ -130,6 +130,7 @@ def area_quality(
     array = finger.array.select(finger.array.live)
     if not (np.asarray(array.noise) > 0).all():
         raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
+    grid = checked_grid(grid)
     beyond = checked_margin(margin)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     box = searched_area(array.points, float(np.asarray(array.depth).max()), touches, beyond)

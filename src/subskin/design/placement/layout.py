@@ -19,6 +19,7 @@ __all__ = ["PATTERNS", "Arrangement", "layouts"]
 Pattern = Literal["row", "grid", "hexagonal", "free"]
 PATTERNS: tuple[Pattern, ...] = ("row", "grid", "hexagonal")
 """Those that a pitch makes positions of."""
+_MOST_POSITIONS = 1000
 _SLENDER = 2.0
 """A layout's sides may be so much more, or less, slender than those of the area it is for."""
 
@@ -120,8 +121,16 @@ class Arrangement:
             Distance of neighbours [m].
         centre : (float, float), optional
             Where the middle is (y, z) [m].
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            A pitch that is not > 0; a middle that is no position.
         """
-        return np.asarray(centre + pitch * self.unit)
+        middle = _check.real("centre", centre, unit="m")
+        if middle.shape != (2,):
+            raise GeometryError(f"centre of shape {middle.shape}", "y and z are needed", "centre=(0.0, 0.0)")
+        return np.asarray(middle + _check.scalar("pitch", pitch, unit="m", above=0.0) * self.unit)
 
     def colours(self, kinds: int) -> npt.NDArray[np.intp]:
         """Which of so many kinds stands at each position where they take turns, shape (count,).
@@ -154,23 +163,25 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
     Raises
     ------
     InvalidValueError
-        A pattern of another name.
+        A pattern of another name; counts that are not whole, or too large.
 
     Examples
     --------
     >>> layouts(("grid", "hexagonal"), (6, 7))
     (3 x 2 grid, 2+3+2 hexagonal)
     """
-    low, high = counts
+    ends = _check.pair("counts", counts, "counts=(4, 16)")
+    low, high = (_check.whole("counts", n, at_least=1, at_most=_MOST_POSITIONS, fix="counts=(4, 16)") for n in ends)
+    slender = _check.scalar("slender", slender, above=0.0)
     every = []
-    for pattern in patterns:
+    for pattern in _check.several("patterns", patterns, str, 'patterns=("grid",)'):
         if pattern == "row":
             every += [Arrangement("row", (n,)) for n in range(low, high + 1)]
         elif pattern == "grid":
             every += [Arrangement("grid", (m,) * n) for n in range(2, high // 2 + 1) for m in range(2, high // n + 1)]
         elif pattern == "hexagonal":
             for n in range(2, high + 1):
-                for m in range(1, high + 1):
+                for m in range(1, high // n + 2):  # of longer rows there would be too many positions
                     for other in (m - 1, m + 1):
                         every.append(Arrangement("hexagonal", tuple(m if j % 2 == 0 else other for j in range(n))))
         else:

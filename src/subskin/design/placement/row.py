@@ -114,6 +114,7 @@ def study_row(
     >>> (found["position_worst"] * 1e6).round(0).ravel().tolist()
     [21.0, 210.0]
     """
+    _check.function("progress", progress)
     deep = _check.scalar("depth", depth, unit="m", above=0.0)
     steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
     numbers = checked_counts(counts, touches)

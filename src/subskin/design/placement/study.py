@@ -137,6 +137,7 @@ def placement_study(
     >>> found["ambiguous"].shape, bool((found["ambiguous"][..., 2, :] > 0.05).all())
     ((1, 2, 3, 2), True)
     """
+    _check.function("progress", progress)
     single = isinstance(transducers, Transducer)
     kinds = (transducers,) if single else _check.several("transducers", transducers, Transducer, "[NormalStrain()]")
     depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
@@ -155,6 +156,7 @@ def placement_study(
     steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
     touched = _check.random(rng)
     checked_margin(margin)
+    width = _check.scalar("width", width, unit="m", at_least=0.0)
     numbers = checked_counts(counts, touches)
     numbers.flags.writeable = False
     threads = None if workers is None else int(_check.scalar("workers", workers, at_least=1))

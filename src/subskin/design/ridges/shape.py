@@ -165,6 +165,7 @@ class Ridges(Frozen):
 
     def breaks(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Crests, troughs and kinks from `low` to `high` [m], shape (..., k); what is too many lies beyond them."""
+        low, high = _check.real("low", low, unit="m"), _check.real("high", high, unit="m")
         pitch, crest = np.asarray(self.pitch)[..., None], np.asarray(self.crest)[..., None]
         first = np.floor((low[..., None] - crest) / pitch)
         count = int(np.ceil(((high - low) / np.asarray(self.pitch)).max(initial=0.0))) + 2

@@ -299,7 +299,8 @@ class Goals(Frozen):
         count : int
             How many positions.
         """
-        choice = self.choices[sensor]
+        choice = self.choices[self._which(sensor)]
+        count = _check.whole("count", count, at_least=0, at_most=10**9, fix="count=9")
         return count * (len(choice.kinds) if choice.together else 1)
 
     def channels(self, sensor: int) -> tuple[Channel, ...]:
@@ -310,10 +311,16 @@ class Goals(Frozen):
         sensor : int
             Which of them.
         """
-        return tuple(Channel(kind.transducer, kind.error, kind.width) for kind in self.choices[sensor].kinds)
+        return tuple(
+            Channel(kind.transducer, kind.error, kind.width) for kind in self.choices[self._which(sensor)].kinds
+        )
+
+    def _which(self, sensor: object) -> int:
+        return _check.whole("sensor", sensor, at_least=0, at_most=len(self.choices) - 1, fix="sensor=0")
 
     def finger(self, row: Row) -> Finger:
         """The finger of one `row`."""
+        _check.noun("row", row, Row, "goals.finger(study.rows[0])")
         choice, skin = self.choices[row.sensor], self.skins[row.skin].skin
         if row.layout is None:
             points, which = np.stack([even_row(row.count, row.pitch), np.zeros(row.count)], axis=-1), [0] * row.count

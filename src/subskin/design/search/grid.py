@@ -16,7 +16,7 @@ from ..._check import FloatArray
 from ..._frozen import Frozen
 from ..._tasks import Executor, run_tasks
 from ...contact import Contact, LineLoad, LocalContact
-from ...errors import GeometryError
+from ...errors import GeometryError, InvalidValueError
 from ...transducer import MaxCompressiveStrain
 from ..placement import Arrangement, study_area, study_row
 from .goals import WIDEST, Goals, Row
@@ -174,12 +174,18 @@ def search_grid(
 
     Raises
     ------
+    InvalidValueError
+        No goals; a store without get and put.
     GeometryError
         No depth lies within a skin.
     WorkersError
         The executor has lost its workers; finished rows are in the store.
     """
+    _check.function("progress", progress)
     _check.noun("goals", goals, Goals, 'io.load_goals("goals.toml").goals')
+    if store is not None and not all(callable(getattr(store, name, None)) for name in ("get", "put")):
+        seen, rule = f"store = {_check.shown(store)}", "something with get and put is needed"
+        raise InvalidValueError(seen, rule, 'store=io.FolderStore("rows")')
     depths = np.stack([_depths(goals, k) for k in range(len(goals.skins))])
     pitches = _pitches(goals)
     counts = np.array([layout.count for layout in goals.layouts])

@@ -56,6 +56,7 @@ def rank_fingers(
     >>> [(f.row.count, f.meets) for f in study.fingers]  # three see too little of touches outside the model
     [(4, True), (3, False)]
     """
+    _check.function("progress", progress)
     _check.noun("grid", grid, DesignGrid, "design.search_grid(goals)")
     pairs = [(int(k), int(m)) for k, m in np.argwhere(np.isfinite(grid.excess).any(axis=(2, 3, 4)))]
     if not pairs:

@@ -239,6 +239,7 @@ def tolerance_budget(
     >>> wrong.source, round(float(np.rad2deg(wrong.angle_linear)), 1), bool(softer.angle_rms < 1e-6)
     ('poisson', 6.6, True)
     """
+    _check.function("progress", progress)
     finger_needed(finger)
     _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     amounts = checked_tolerances(finger, tolerances)

@@ -13,7 +13,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Result
 from ...array import SensorArray
-from ...errors import InvalidValueError
+from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger, finger_needed
 from ...response import tabulate
 from .._common import stretch
@@ -128,7 +128,9 @@ def two_point_study(
     >>> (study.worst[0, 0, :, 0] * 1e3).round(2).tolist(), study.best()[0, 0, 0].tolist()
     ([0.41, 0.21, 0.4, 0.91], [0.5, 0.5, 0.5])
     """
+    _check.function("progress", progress)
     finger_needed(finger)
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     counts = np.atleast_1d(_check.real("count", count, at_least=2.0))
     if not (counts == np.round(counts)).all():
         raise InvalidValueError(f"count = {count!r}", "whole numbers are needed", "count=(3, 4, 6)")
@@ -138,6 +140,11 @@ def two_point_study(
     own = float(np.asarray(finger.array.depth).mean())
     depths = np.atleast_1d(_check.real("depth", own if depth is None else depth, unit="m", above=0.0))
     shares = np.atleast_1d(_check.real("noise", noise, above=0.0))
+    for name, values in {"count": counts, "pitch": ratios, "depth": depths, "noise": shares}.items():
+        if values.ndim != 1 or not values.size:
+            raise GeometryError(
+                f"{name} of shape {values.shape}", "a list of them is needed", f"shape (3,), or one {name}"
+            )
     worst = np.empty((counts.size, depths.size, ratios.size, shares.size))
     median = np.empty_like(worst)
     for k, at in enumerate(depths):

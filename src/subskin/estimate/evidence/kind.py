@@ -64,7 +64,9 @@ class Kind:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise InvalidValueError(f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)')
+            raise InvalidValueError(
+                f"name = {_check.shown(self.name)}", "a kind needs a name", 'Kind("vertex", "wedge", ...)'
+            )
         if self.name in _SAID:
             raise InvalidValueError(f'name = "{self.name}"', "answers without a kind are called so", "another name")
         checked_family(self.family)
@@ -122,6 +124,7 @@ class Kind:
         >>> ss.decide.Kind("edge", "wedge", half_width=(0.2e-3, 0.7e-3)).unknowns(1.0)
         4
         """
+        friction = _check.friction(friction)
         if self.family == NONE:
             return 0
         if self.family == STRETCH:
