@@ -265,10 +265,10 @@ def scalar(
 
 
 def friction(value: npt.ArrayLike) -> float:
-    """A coefficient of friction, which may be infinite."""
+    """A coefficient of friction, which may be infinite; one too small to be squared is none."""
     found = scalar("friction", value, at_least=0.0, finite=False, fix="friction=1.0")
     no_degrees("friction", found)
-    return found
+    return found if found >= _bounds.SMALLEST else 0.0
 
 
 def no_degrees(name: str, value: npt.ArrayLike) -> None:

@@ -220,11 +220,11 @@ class MeasuredResponse(Frozen):
         if loads.shape not in ((len(data), 1), (len(data), 3)):
             seen = f"components of shape {loads.shape}"
             raise GeometryError(seen, f"shape ({len(data)},) or ({len(data)}, 3) is needed", "components=(N, Ty, Tz)")
-        load = float(np.median(np.abs(loads[:, 0])))
+        load = _check.scalar("the median of the normal forces", np.median(np.abs(loads[:, 0])), unit="N", above=0.0)
         zero = _check.for_each("offset", _check.real("offset", offset), data.shape[1], "sensor")
         step = None if step is None else _check.scalar("step", step, unit="m", above=0.0)
         rest = data - zero
-        if not (np.ptp(rest, axis=0) > 0).any() or not load > 0:
+        if not (np.ptp(rest, axis=0) > 0).any():
             raise ConvergenceError("readings that are the same at every position", "they have to change", "the columns")
         unique = np.unique(np.round(at, 6), axis=0)
         pitch = float(np.sqrt(np.prod(np.ptp(unique, axis=0)) / len(unique)))

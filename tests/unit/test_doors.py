@@ -442,3 +442,73 @@ def test_a_number_for_all_is_as_good_as_an_array():
     even = own(ss.NormalStrain, "measure", lambda _: 0.25)
     array = ss.SensorArray.line(3, 1.5e-3, depth=2e-3, transducer=even())
     assert ss.Finger(SKIN, array).read(ss.LineLoad([40.0, 20.0])).tolist() == [[0.25] * 3] * 2
+
+
+RECORDED, SECONDS = np.zeros((50, 5)), np.arange(50.0)
+KIND = ss.decide.Kind("mine", "hertz", half_width=(0.0, 1e-3))
+
+
+@pytest.mark.parametrize("number", [1e308, 1e80])
+def test_what_is_beyond_all_powers_is_refused(number):
+    with pytest.raises(InvalidValueError, match=r"young = .*: has to be at most 1e\+75 in magnitude"):
+        ss.Material(young=number)
+    with pytest.raises(InvalidValueError, match=r"force\[1\] = .*: has to be at most 1e\+75 in magnitude"):
+        ss.LineLoad(force=[1.0, number])
+    with pytest.raises(InvalidValueError, match=r"friction = .*: has to be at most"):
+        FINGER.locate(np.zeros(5), friction=number)  # which may be infinite
+
+
+def test_what_is_too_small_to_be_squared_is_refused_but_for_a_chance():
+    with pytest.raises(InvalidValueError, match=r"young = 1e-308: has to be at least 1e-75 \[Pa\]"):
+        ss.Material(young=1e-308)
+    assert FINGER.locate(np.zeros(5), false_alarm=1e-300).status == ss.Status.NO_CONTACT
+    assert FINGER.locate(FINGER.read(ss.LineLoad(40.0)), friction=1e-308).load.tangential == 0.0
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ss.stream.segment(RECORDED, SECONDS, hold=1e308),
+        lambda: ss.stream.segment([[1.0], [2.0, 3.0]], SECONDS),
+        lambda: ss.stream.RecordingFormat(("a",), early=None),
+        lambda: ss.stream.Column("a", "x"),
+        lambda: ss.stream.Tared.join([]),
+        lambda: ss.stream.Undone.join(None),
+        lambda: ss.Relaxation(0.2, 1.0).of_sensors("x"),
+        lambda: ss.Relaxation(0.2, 1.0, doubt=np.ones((1, 1))),
+        lambda: KIND.unknowns("x"),
+        lambda: ss.decide.slip(FINGER.locate(np.zeros((2, 5))), 0.8).probability_at(None, 1.0, 0.0),
+        lambda: ss.side_angle(FINGER, np.zeros(5), position=2**70, half_width=1e-3),
+        lambda: ss.synthetic.simulate_readings(FINGER, None, {"force": [1.0]}),
+        lambda: ss.synthetic.simulate_recording(FINGER, [0.0], force=40.0, turn=None),
+        lambda: ss.synthetic.RandomTouches(FINGER, (ss.synthetic.ContactShare("line"),), 9, (1, 2)).shard_of(0, "x"),
+        lambda: ss.calibration.choose({"a": (FINGER, ("gain",))}, np.ones((40, 5)), np.zeros(40), advance="x"),
+        lambda: ss.io.format_quantity("x", "m"),
+        lambda: ss.io.save_finger(None, "finger.toml"),
+        lambda: ss.io.with_relaxation(None, ss.Relaxation(0.2, 1.0)),
+        lambda: ss.io.FolderStore("a\0b"),
+        lambda: TOUCHES.sample("x", np.random.default_rng(0), FINGER),
+        lambda: TOUCHES.sample(3, None, FINGER),
+        lambda: ss.design.two_point_study(FINGER, TOUCHES, noise=()),
+        lambda: ss.design.two_point_study(FINGER, TOUCHES, progress="x"),
+        lambda: ss.design.skin_compliance(FINGER, None, 40.0),
+        lambda: ss.design.skin_compliance(FINGER, ss.pressing.ParticleOnFlat(4e-4, 3e-5, 1e-2), []),
+        lambda: ss.design.placement.layouts(None, (4, 9)),
+        lambda: ss.design.placement.layouts(("grid",), (4, 1e308)),
+        lambda: ss.design.placement.Arrangement("grid", (3, 3)).points(None),
+        lambda: ss.design.Ridges(1e-3).breaks(None, np.array(1e-3)),
+        lambda: ss.design.search.Accuracy(position=1e-3, unsure=None),
+        lambda: ss.design.tolerance_budget(FINGER, TOUCHES, {"depth": 5e-5}, self_calibration=None),
+    ],
+)
+def test_options_of_rooms_are_checked_at_the_door(make):
+    with pytest.raises(SubskinError):
+        make()
+
+
+def test_a_recording_shorter_than_a_hold_has_no_press():
+    press = np.where((SECONDS > 10) & (SECONDS < 40), 1e-3, 0.0)
+    for hold in (1e3, 1e60):
+        with pytest.raises(InvalidValueError, match="no plateau of the indenter's depth"):
+            ss.stream.segment(RECORDED, SECONDS, press=press, hold=hold)

@@ -101,7 +101,9 @@ def margin_on_area(load: AreaForces, mean: FloatArray, std: FloatArray) -> tuple
     if turned.any():
         across = across + turned * (turned * load.mm + 2 * along * load.tm - 2 * mean * load.nm)
     n = load.normal
-    return mean * n - whole, np.sqrt(np.maximum(across + std**2 * (n * n + load.nn), 0.0)), whole / (mean * n)
+    with np.errstate(divide="ignore", invalid="ignore"):  # without friction, or without a force
+        ratio = whole / (mean * n)
+    return mean * n - whole, np.sqrt(np.maximum(across + std**2 * (n * n + load.nn), 0.0)), ratio
 
 
 def _steepness(load: AreaForces) -> tuple[FloatArray, FloatArray, FloatArray]:

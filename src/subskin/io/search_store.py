@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import _check
 from .._check import FloatArray
 from .._path import path_of
 from ..errors import FileError
@@ -64,6 +65,7 @@ class FolderStore:
 
     def put(self, key: str, row: Mapping[str, FloatArray]) -> None:
         """Keep `row` by the name `key`, whole or not at all."""
+        _check.noun("row", row, Mapping, 'row={"unsure": np.array([0.25])}')
         file = io.BytesIO()
         arrays: dict[str, Any] = dict(row)
         np.savez_compressed(file, **arrays)

@@ -95,7 +95,7 @@ class Table:
         if column not in self.columns:
             raise self._without(column, why)
         (values,) = self._numbers([column])
-        if finite and not np.isfinite(values).all():
+        if _check.flag("finite", finite) and not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values))[0])
             seen = f'{self.position(row)}: column "{column}" = {values[row]:g}'
             rule = f"{why} has to be a number in every row" if why else "a number is needed in every row"
@@ -143,7 +143,7 @@ class Table:
         FileError
             A column that is missing, or text in a number.
         """
-        missing = [name for name in names if name not in self.columns]
+        missing = [n for n in _check.several("names", names, str, 'names=["s0"]') if n not in self.columns]
         if missing:
             raise self._without(missing[0], f"the {len(names)} sensors' readings", names)
         out = np.empty((len(self), len(names)))

@@ -86,7 +86,10 @@ class Relaxation(Frozen):
         object.__setattr__(self, "share", share)
         if self.rest is not None:
             object.__setattr__(self, "rest", _check.real("rest", self.rest))
-        object.__setattr__(self, "doubt", _check.real("doubt", self.doubt, at_least=0.0))
+        doubt = _check.real("doubt", self.doubt, at_least=0.0)
+        if doubt.ndim > 1:
+            raise GeometryError(f"doubt of shape {doubt.shape}", "one value, or one for each sensor, is needed", "0.1")
+        object.__setattr__(self, "doubt", doubt)
 
     @property
     def apply(self) -> Relaxing:

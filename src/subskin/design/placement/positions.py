@@ -123,6 +123,8 @@ def best_positions(
     share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
     amount = whole("tries", tries)
     shape = checked_grid(grid)
+    symmetric = _check.flag("symmetric", symmetric)
+    ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     before = placement_quality(finger, own, margin=margin, ambiguity=ambiguity)
     if not np.isfinite(before[measure]):
         raise InvalidValueError(

@@ -26,6 +26,7 @@ _KNOWN: dict[str, tuple[Callable[[FloatArray], FloatArray], float]] = {
 """Shapes by name, over a pitch, with their means."""
 _DUTY = 2 / 3
 _SAMPLES = 513
+_MOST = 10**6
 _NEAR = 8.0 ** -np.arange(1, 5)
 """Distances from a kink of one's own shape, in pitches, at which panels end."""
 
@@ -168,6 +169,10 @@ class Ridges(Frozen):
         low, high = _check.real("low", low, unit="m"), _check.real("high", high, unit="m")
         pitch, crest = np.asarray(self.pitch)[..., None], np.asarray(self.crest)[..., None]
         first = np.floor((low[..., None] - crest) / pitch)
-        count = int(np.ceil(((high - low) / np.asarray(self.pitch)).max(initial=0.0))) + 2
+        most = float(((high - low) / np.asarray(self.pitch)).max(initial=0.0))
+        if most > _MOST:
+            seen = f"{most:.3g} ridges from low to high"
+            raise InvalidValueError(seen, f"at most {_MOST} are counted", "a shorter piece, or a larger pitch")
+        count = int(np.ceil(most)) + 2
         u = np.add.outer(np.arange(count), np.unique(self._corners % 1.0))
         return np.asarray(crest + pitch * (first + u.reshape(-1)))

@@ -82,7 +82,7 @@ class Accuracy:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _check.scalar(name, getattr(self, name), above=0.0))
         for name in ("unsure", "blind_spots"):
-            if getattr(self, name) is not None:
+            if getattr(self, name) is not None or name == "unsure":
                 share = _check.scalar(name, getattr(self, name), above=0.0, at_most=1.0)
                 object.__setattr__(self, name, share)
         _check.choice("calibrated", self.calibrated, ("known", "blind", "none"))

@@ -274,7 +274,8 @@ def _methods(
     given: str | Sequence[str] | Mapping[str, Sequence[str]], usual: tuple[str, ...], touches: Touches
 ) -> dict[str, tuple[str, ...]]:
     """What each kind of self-calibration fits, in the order of `METHODS`."""
-    named = (given,) if isinstance(given, str) else tuple(given)
+    fix = 'self_calibration=("known",)'
+    named = (given,) if isinstance(given, str) else _check.several("self_calibration", given, str, fix)
     for name in named:
         checked_method(name, "self_calibration")
     own = given if isinstance(given, Mapping) else {}

@@ -21,7 +21,7 @@ __all__ = ["LEAST", "Changes", "Frames", "count_of", "stencil", "unit_loads"]
 LEAST = 3
 """Sensors that a slope takes."""
 
-_STEP = 1e-4
+_STEP, _FARTHEST = 1e-4, 1e3
 
 Mask = npt.NDArray[np.bool_]
 
@@ -83,15 +83,17 @@ class Frames(NamedTuple):
         from scipy.special import chdtri
 
         scale = np.where(self.usable, 1 / self.noise, 0.0)
-        seen = self.measured * scale
         count = columns.shape[-1]
-        if count:
-            weighed = columns * scale[..., None]
-            size = np.linalg.norm(weighed, axis=-2, keepdims=True)
-            basis, _ = np.linalg.qr(weighed / np.where(size > 0, size, 1.0))
-            seen = seen - np.einsum("...nc,...mc,...m->...n", basis, basis, seen)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is beyond all floats is beyond the noise
+            seen = self.measured * scale
+            if count:
+                weighed = columns * scale[..., None]
+                size = np.linalg.norm(weighed, axis=-2, keepdims=True)
+                basis, _ = np.linalg.qr(weighed / np.where(size > 0, size, 1.0))
+                seen = seen - np.einsum("...nc,...mc,...m->...n", basis, basis, seen)
+            left = (seen**2).sum(axis=-1)
         spare = self.usable.sum(axis=-1) - count
-        return np.asarray(((seen**2).sum(axis=-1) > chdtri(np.maximum(spare, 1), false_alarm)) & (spare > 0))
+        return np.asarray(~(left <= chdtri(np.maximum(spare, 1), false_alarm)) & (spare > 0))
 
 
 def known_only(**values: npt.ArrayLike) -> tuple[FloatArray, FloatArray, Mask]:
@@ -120,6 +122,11 @@ def stencil(array: SensorArray, usable: Mask, position: FloatArray, count: int) 
     """
     y, scale = np.asarray(array.y), float(np.asarray(array.depth).mean())
     away = np.where(usable, (y - position[..., None]) / scale, np.inf)
+    far = np.abs(np.where(np.isfinite(away), away, 0.0)).min(axis=-1)
+    if far.max(initial=0.0) > _FARTHEST:
+        at = float(np.broadcast_to(position, far.shape).flat[int(far.argmax())])
+        rule = f"it lies at most {_FARTHEST:g} depths from a sensor"
+        raise GeometryError(f"position = {at:.6g} m", rule, "the position in metres")
     nearest = np.argsort(np.abs(away), axis=-1, kind="stable")[..., :count]
     t = np.take_along_axis(away, nearest, axis=-1)
     held = np.isfinite(t)
