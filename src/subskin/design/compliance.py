@@ -170,9 +170,9 @@ def skin_compliance(
     moduli = np.atleast_1d(_check.real("young", young, unit="Pa", above=0.0))
     own = np.array([finger.skin.thickness])
     thick = own if thickness is None else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
-    for name, values in {"force": forces, "young": moduli, "thickness": thick}.items():
-        if values.ndim != 1 or not values.size:
-            raise GeometryError(f"{name} of shape {values.shape}", "one is needed, or a list of them", "shape (3,)")
+    for name, given in {"force": forces, "young": moduli, "thickness": thick}.items():
+        if given.ndim != 1 or not given.size:
+            raise GeometryError(f"{name} of shape {given.shape}", "one is needed, or a list of them", "shape (3,)")
     wanted = _check.scalar("width_wanted", width_wanted, above=0.0)
     share = _check.scalar("accuracy", accuracy, at_least=0.0)
     check_case(finger, particle)

@@ -225,7 +225,8 @@ def three_sensor(
 
     The readings before rounding belong to a load 2 pi/3 at 1.5 and -22.5 degrees.
     """
-    eps, positions = _check.real("readings", readings), _check.real("y", y, unit="m")
+    eps, positions = _check.read_only(np.array(_check.readings(readings))), _check.real("y", y, unit="m")
+    _check.real("readings", np.where(np.isfinite(eps), 0.0, eps))  # finite, be they beyond all sensors
     for name, values in (("readings", eps), ("y", positions)):
         if values.shape != (3,):
             raise GeometryError(f"{name} of shape {values.shape}", "three sensors are needed", "see Finger.locate")

@@ -119,8 +119,8 @@ def simulate_recording(
     finger_needed(finger)
     y = np.atleast_1d(_check.real("positions", positions, unit="m"))
     times = {"ramp": ramp, "hold": hold, "rest": rest, "relaxation_time": relaxation_time}
-    values = {"stroke": stroke, "rate": rate, **times}
-    stroke, rate, ramp, hold, rest, relaxation_time = (_check.scalar(n, v, above=0.0) for n, v in values.items())
+    given = {"stroke": stroke, "rate": rate, **times}
+    stroke, rate, ramp, hold, rest, relaxation_time = (_check.scalar(n, v, above=0.0) for n, v in given.items())
     force = _check.scalar("force", force, unit="N/m", at_least=0.0)
     angle, turn = _check.scalar("angle", angle, unit="rad"), _check.scalar("turn", turn, unit="rad")
     drift = _check.scalar("drift", drift, at_least=0.0)

@@ -178,12 +178,12 @@ class RandomTouches(Frozen):
             if getattr(self, name) is None:
                 ends = np.asarray(array.y if name == "position" else array.z)
                 object.__setattr__(self, name, (float(ends.min()), float(ends.max())))
-        least = 0.0 if self.local else -np.pi / 2
+        lowest = 0.0 if self.local else -np.pi / 2
         limits: dict[str, dict[str, Any]] = {
             "position": {"unit": "m"},
             "across": {"unit": "m"},
             "force": {"unit": "N" if self.local else "N/m", "above": 0.0},
-            "angle": {"unit": "rad", "at_least": least, "at_most": np.pi / 2},
+            "angle": {"unit": "rad", "at_least": lowest, "at_most": np.pi / 2},
             "azimuth": {"unit": "rad"},
             "noise": {"unit": "", "at_least": 0.0},
         }
