@@ -19,6 +19,7 @@ __all__ = ["CHUNK", "Stage", "both_of", "check_state", "in_order", "join"]
 
 State = TypeVar("State")
 Out = TypeVar("Out")
+_Part = TypeVar("_Part")
 
 CHUNK = 100_000
 """Frames of a whole recording that are handled at once: memory stays small, and progress shows."""
@@ -149,7 +150,7 @@ def join(parts: Sequence[Any]) -> Any:
     return type(first).join(parts)
 
 
-def some_of(parts: object, kind: type) -> tuple[Any, ...]:
+def some_of(parts: object, kind: type[_Part]) -> tuple[_Part, ...]:
     """Parts of a stream of that kind, at least one."""
     each = _check.several("parts", parts, kind, "the parts that steps gave, in their order")
     if not each:
