@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import gc
-import re
-import sys
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Iterator
 from functools import cache
-from importlib.util import resolve_name
+from hashlib import sha256
 from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numba as nb
+import numpy as np
 from numba.core.event import Event, Listener, register
 
 __all__ = ["compiled", "is_cached"]
 
 _ORDERED = {"nsz", "arcp", "contract"}  # not nnan, ninf: NaN and infinity have a meaning in every loop
 _FAST = _ORDERED | {"reassoc"}
-_IMPORT = re.compile(r"^from (\.[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
 
 
 class _NoSearch(Listener):
@@ -54,8 +54,8 @@ register("numba:compile", _NoSearch())  # type: ignore[no-untyped-call]
 def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False) -> Callable[[Any], Any]:
     """Compile a function with Numba, without the interpreter's lock, and keep the result on disk.
 
-    Numba looks at the function's own file alone when it decides whether what it kept is still good. Here the files
-    count as well from which this file imports its functions and constants, and the files from which those do.
+    Numba looks at the text of the function's own file when it decides whether what it kept is still good. Here the
+    function itself counts, the constants it reads, and the functions it calls, wherever they stand.
 
     Parameters
     ----------
@@ -82,35 +82,56 @@ def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False
         if borrows:
             options["_nrt"] = False
         loop: Any = nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
-        changed = _changed(function.__module__)
-        if any(index.stat().st_mtime_ns < changed for index in _indices(loop)):
-            loop.recompile()
+        _STAMPS[function] = _stamp(function)
+        if (kept := _kept(loop)) is not None:
+            kept._source_stamp = _STAMPS[function]
         return loop
 
     return wrap
 
 
+_STAMPS: dict[Any, bytes] = {}
+
+
+def _stamp(function: Any) -> bytes:
+    """A digest of what its machine code depends on: its bytecode, the constants it reads, and all that it calls.
+
+    Of a module of its package, and of a function that Numba is told how to compile, the text of the file counts.
+    """
+    given, parts = inspect.getclosurevars(function), [*_bytecode(function.__code__)]
+    package = function.__module__.partition(".")[0]
+    for name, value in sorted({**given.globals, **given.nonlocals}.items()):
+        parts.append(name.encode())
+        if getattr(value, "py_func", None) in _STAMPS:
+            parts.append(_STAMPS[value.py_func])
+        elif isinstance(value, FunctionType | ModuleType):
+            at = value.__name__ if isinstance(value, ModuleType) else value.__module__
+            parts.append(_text(str(inspect.getsourcefile(value))) if at.partition(".")[0] == package else b"")
+        else:
+            fields = getattr(value, "_fields", None)  # of a class of named tuples
+            parts.append(value.tobytes() if isinstance(value, np.ndarray) else repr((value, fields)).encode())
+    return sha256(b"|".join(parts)).digest()
+
+
+def _bytecode(code: CodeType) -> Iterator[bytes]:
+    yield code.co_code + repr((code.co_names, code.co_varnames)).encode()
+    for value in code.co_consts:
+        yield from _bytecode(value) if isinstance(value, CodeType) else (repr(value).encode(),)
+
+
 @cache
-def _changed(module: str) -> int:
-    """When the newest of the files changed that a file with loops is built on, itself among them [ns]."""
-    path = Path(str(sys.modules[module].__file__))
-    text, newest = path.read_text(encoding="utf-8"), path.stat().st_mtime_ns
-    if "@compiled(" in text:  # what other files import does not get into a loop
-        package = sys.modules[module].__package__
-        for base, names in _IMPORT.findall(text):
-            source = resolve_name(base, package)
-            within = {f"{source}.{name}" for name in re.findall(r"\w+", names)} & sys.modules.keys()
-            newest = max(newest, *(_changed(built_on) for built_on in within or {source}))
-    return newest
+def _text(file: str) -> bytes:
+    return sha256(Path(file).read_bytes()).digest()
 
 
 def is_cached(loop: Any) -> bool:
     """Whether a loop need not be compiled any more."""
-    return not hasattr(loop, "signatures") or bool(loop.signatures) or bool(_indices(loop))  # plain Python needs none
+    if not hasattr(loop, "signatures") or loop.signatures:  # plain Python needs none
+        return True
+    kept = _kept(loop)
+    return kept is not None and bool(kept._load_index())
 
 
-def _indices(loop: Any) -> list[Path]:
-    """Numba's index of what it has kept of a loop where it stands now: those of other lines are never written again."""
-    code = loop.py_func.__code__
-    name = f"{Path(code.co_filename).stem}.{loop.py_func.__qualname__}-{code.co_firstlineno}.*.nbi"
-    return list(Path(str(loop.stats.cache_path)).glob(name))
+def _kept(loop: Any) -> Any:
+    """What Numba keeps of a loop on disk: nothing where no folder can be written."""
+    return getattr(loop._cache, "_cache_file", None)
