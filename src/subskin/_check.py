@@ -19,8 +19,8 @@ ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 _PASSED = {__name__.partition(".")[0], "numpy", *sys.stdlib_module_names}
 _STICKIEST = 10.0  # coefficient of friction beyond any rubber's
 _SHOWN = 80  # letters of a value in a message
-_NO_NUMBERS = "SUMmc"
-"""Kinds of arrays out of which NumPy would make numbers: text, dates, complex ones less their imaginary part."""
+_NO_NUMBERS = "bSUMmc"
+"""Kinds of arrays that NumPy would take for numbers: truths, text, dates, complex ones without their imaginary part."""
 
 
 def real(
@@ -91,15 +91,16 @@ def unmasked(name: str, value: object, fix: str = "") -> None:
         raise InvalidValueError(seen, "only readings can be missing", fix or f"{name}.compressed()")
 
 
-def noun(name: str, value: object, kind: type | tuple[type, ...], fix: str) -> None:
-    """Refuse what is none of the nouns that are needed: another thing, or the class instead of one of it."""
+def noun(name: str, value: Any, kind: type | tuple[type, ...], fix: str) -> Any:
+    """One of the nouns that are needed; another thing is refused, and the class instead of one of it."""
     if not isinstance(value, kind):
         kinds = " or ".join(one.__name__ for one in (kind if isinstance(kind, tuple) else (kind,)))
         raise InvalidValueError(f"{name} = {shown(value)}", f"a{'n' * (kinds[0] in 'AEIOU')} {kinds} is needed", fix)
+    return value
 
 
-def choice(name: str, value: object, known: Iterable[str], fix: str = "") -> None:
-    """Refuse what is none of the `known` texts, be it no text at all: an array has no single answer to `==`."""
+def choice(name: str, value: Any, known: Iterable[str], fix: str = "") -> Any:
+    """One of the `known` texts; all else is refused, be it no text at all: an array has no single answer to `==`."""
     names = tuple(known)
     if not isinstance(value, str) or value not in names:
         import difflib
@@ -109,6 +110,7 @@ def choice(name: str, value: object, known: Iterable[str], fix: str = "") -> Non
         rule = f"has to be {' or '.join(filter(None, (', '.join(listed[:-1]), listed[-1])))}"
         meant = f'{name}="{near[0]}"' if near else fix or f'{name}="{names[0]}"'
         raise InvalidValueError(f"{name} = {shown(value)}", rule, meant)
+    return value
 
 
 def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
@@ -161,10 +163,11 @@ def flag(name: str, value: object) -> bool:
     return bool(value)
 
 
-def function(name: str, value: object) -> None:
-    """Refuse what cannot be called; None is one that is left out."""
+def function(name: str, value: Any) -> Any:
+    """What can be called, or None, which is left out."""
     if value is not None and not callable(value):
         raise InvalidValueError(f"{name} = {shown(value)}", "a function is needed", f"leave out {name}")
+    return value
 
 
 def random(rng: object) -> np.random.Generator:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from . import _check
+from ._declared import Noun, Real
 from ._presets import RUBBERS, named
 from ._shown import Presets
 
 __all__ = ["Material"]
 
-_LIMITS: dict[str, dict[str, Any]] = {
-    "young": {"unit": "Pa", "above": 0.0, "fix": "a soft silicone has about 0.05e6 to 2e6 Pa"},
-    "poisson": {"at_least": 0.0, "at_most": 0.5, "fix": "rubber and silicone: 0.5; gelatin 0.5; foam about 0.1 to 0.3"},
-}
+_YOUNG = Real("Pa", above=0.0, fix="a soft silicone has about 0.05e6 to 2e6 Pa")
+_POISSON = Real(at_least=0.0, at_most=0.5, fix="rubber and silicone: 0.5; gelatin 0.5; foam about 0.1 to 0.3")
 
 
 @dataclass(frozen=True)
-class Material:
+class Material(Noun):
     """A linear elastic, isotropic material; every other modulus follows from these two numbers.
 
     Parameters
@@ -42,12 +40,10 @@ class Material:
     inf
     """
 
-    young: float
-    poisson: float = 0.5
+    young: Annotated[float, _YOUNG]
+    poisson: Annotated[float, _POISSON] = 0.5
 
-    def __post_init__(self) -> None:
-        young, poisson = _check.scalars(_LIMITS, young=self.young, poisson=self.poisson)
-        self.__dict__.update(young=young, poisson=poisson)
+    EXAMPLE: ClassVar = "Material(young=0.4e6)"
 
     @classmethod
     def preset(cls, name: str, poisson: float = 0.5) -> Self:

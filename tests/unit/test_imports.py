@@ -25,6 +25,7 @@ ORDER = (
     "_lanes",
     "_compiling",
     "_frozen",
+    "_declared",
     "_hooks",
     "_registry",
     "_axes",

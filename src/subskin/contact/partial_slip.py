@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._declared import Real
 from ..errors import InvalidValueError
 from .base import Spectrum, Transforms
 from .functions import jinc, root
@@ -44,9 +46,8 @@ class PartialSlip(Hertz):
     0.4176
     """
 
-    friction: npt.ArrayLike = np.nan  # required, as half_width is
-
-    LIMITS = Hertz.LIMITS | {"friction": {"above": 0.0, "fix": "rubber on glass: 1; a dry finger: 0.5"}}
+    # required, as half_width is
+    friction: Annotated[npt.ArrayLike, Real(above=0.0, fix="rubber on glass: 1; a dry finger: 0.5")] = np.nan
 
     def __post_init__(self) -> None:
         super().__post_init__()

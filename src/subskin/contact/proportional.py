@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._declared import Noun, Real
 from ..errors import GeometryError, InvalidValueError
 from .base import Contact, Spectrum, Transforms
 from .functions import shear_field
@@ -20,6 +21,8 @@ __all__ = ["ProportionalContact", "scaled"]
 
 _OURS = __name__.partition(".")[0] + "."
 """Modules whose classes need no check of what they give."""
+
+_ANGLE = Real("rad", at_least=-np.pi, at_most=np.pi, fix="angles are in radians: np.deg2rad(30)")
 
 
 def resolve(force: npt.ArrayLike, angle: npt.ArrayLike) -> FloatArray:
@@ -39,7 +42,7 @@ def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class ProportionalContact(Contact):
+class ProportionalContact(Contact, Noun):
     """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle), by definition.
 
     A subclass gives `unit_pressure` and `unit_spectrum`, for N = 1 N/m at position 0, and
@@ -62,23 +65,16 @@ class ProportionalContact(Contact):
         A value out of range; shapes that do not broadcast.
     """
 
-    LIMITS: ClassVar[dict[str, dict[str, Any]]] = {
-        "force": {"unit": "N/m", "at_least": 0.0, "fix": "turn the angle instead"},
-        "angle": {"unit": "rad", "at_least": -np.pi, "at_most": np.pi, "fix": "angles are in radians: np.deg2rad(30)"},
-        "position": {"unit": "m"},
-    }
-    """Unit and limits of each parameter."""
-
     GROWTH: ClassVar[float | None] = None
     """Power of the normal force with which a pressed body's half width grows; None where no body is meant."""
 
-    force: npt.ArrayLike
-    angle: npt.ArrayLike = 0.0
-    position: npt.ArrayLike = 0.0
+    force: Annotated[npt.ArrayLike, Real("N/m", at_least=0.0, fix="turn the angle instead")]
+    angle: Annotated[npt.ArrayLike, _ANGLE] = 0.0
+    position: Annotated[npt.ArrayLike, Real("m")] = 0.0
 
     def __post_init__(self) -> None:
-        values, shape = _check.batch({f.name: getattr(self, f.name) for f in fields(self) if f.init}, self.LIMITS)
-        self.__dict__.update(values, _shape=shape, _components=resolve(values["force"], values["angle"]))
+        super().__post_init__()
+        self.__dict__.update(_shape=self._common_shape(), _components=resolve(self.force, self.angle))
 
     @classmethod
     def of_components(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._declared import Real
 from .base import Spectrum, Transforms
 from .functions import jinc, root
 from .proportional import scaled
@@ -43,9 +45,8 @@ class FlatPunch(SpreadContact, name="punch"):
     [11026.6, 12732.4, 18377.6]
     """
 
-    moment: npt.ArrayLike = 0.0
+    moment: Annotated[npt.ArrayLike, Real("N m/m")] = 0.0
 
-    LIMITS = SpreadContact.LIMITS | {"moment": {"unit": "N m/m"}}
     GROWTH = 0.0
     SERIES = (1.0, 1 / 2, 3 / 8, 5 / 16, 35 / 128)
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
+from .._declared import Real
 from ..errors import InvalidValueError
 from .functions import FAR, far_shear_field
 from .proportional import ProportionalContact
@@ -18,6 +19,7 @@ from .quadrature import cauchy
 __all__ = ["SpreadContact"]
 
 _POINTS = 40
+_WIDTH = "give half of the contact's width in metres; one of no width is a LineLoad"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +57,9 @@ class SpreadContact(ProportionalContact):
     40000.0
     """
 
-    half_width: npt.ArrayLike = np.nan  # required: NaN is refused, and the order of arguments kept
+    # required: NaN is refused, and the order of arguments kept
+    half_width: Annotated[npt.ArrayLike, Real("m", above=0.0, fix=_WIDTH)] = np.nan
 
-    LIMITS = ProportionalContact.LIMITS | {
-        "half_width": {
-            "unit": "m",
-            "above": 0.0,
-            "fix": "give half of the contact's width in metres; one of no width is a LineLoad",
-        }
-    }
     SERIES: ClassVar[tuple[float, ...]] = ()
 
     def __init_subclass__(cls, **more: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _check, _hooks
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._declared import Angle, Extent, Length, Noun, Positive
 from ..errors import InvalidValueError
 
 __all__ = [
@@ -30,19 +30,9 @@ __all__ = [
 
 Ends = tuple[tuple[float, float], tuple[float, float]]
 ANYWHERE = (-np.inf, np.inf)
-_SIZES: dict[str, dict[str, Any]] = {
-    **{
-        name: {"unit": "m", "above": 0.0}
-        for name in ("radius", "radius_y", "radius_z", "half_length", "pitch", "half_width_y", "half_width_z")
-    },
-    **{name: {"unit": "m", "at_least": 0.0} for name in ("tip_radius", "edge_radius", "end_radius", "amplitude")},
-    "slope": {"above": 0.0},
-    "azimuth": {"unit": "rad"},
-}
-"""Parameters of the bodies, and their limits; one whose default is infinite may be so."""
 
 
-class LocalIndenter(Frozen, ABC):
+class LocalIndenter(Noun, ABC):
     """A rigid body that presses on an area. Its height is that of its surface above the skin, 0 at the lowest point.
 
     y and z count from its own centre. Slopes are taken to be small, as everywhere in the theory; a warning comes with
@@ -66,13 +56,6 @@ class LocalIndenter(Frozen, ABC):
     def centre(self) -> tuple[float, float]:
         """Where to look for the first touch [m]."""
         return 0.0, 0.0
-
-    def __post_init__(self) -> None:
-        for size in fields(self):  # type: ignore[arg-type]  # those that have sizes are dataclasses
-            value = getattr(self, size.name)
-            endless = size.default == np.inf and isinstance(value, float) and value == np.inf
-            if size.name in _SIZES and not endless:
-                object.__setattr__(self, size.name, _check.scalar(size.name, value, **_SIZES[size.name]))
 
 
 _NUMBER = _hooks.numbers("a single one [m]", ndim=0)
@@ -119,7 +102,7 @@ class Sphere(LocalIndenter):
     4e-05
     """
 
-    radius: float
+    radius: Length
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = points(y, z)
@@ -143,9 +126,9 @@ class Ellipsoid(LocalIndenter):
     [1e-05, 4e-05]
     """
 
-    radius_y: float
-    radius_z: float
-    azimuth: float = 0.0
+    radius_y: Length
+    radius_z: Length
+    azimuth: Angle = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = turned(*points(y, z), self.azimuth)
@@ -173,10 +156,10 @@ class Roller(LocalIndenter):
     [2e-05, inf]
     """
 
-    radius: float
-    half_length: float
-    end_radius: float = 0.0
-    azimuth: float = 0.0
+    radius: Length
+    half_length: Length
+    end_radius: Extent = 0.0
+    azimuth: Angle = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = turned(*points(y, z), self.azimuth)
@@ -205,8 +188,8 @@ class ConeTip(LocalIndenter):
     [0.0, 0.001]
     """
 
-    slope: float
-    tip_radius: float = 0.0
+    slope: Positive
+    tip_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         r, reach = np.hypot(*points(y, z)), self.slope * self.tip_radius

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Annotated, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._declared import Extent, Length, Noun, Positive, Real
 from ..errors import GeometryError, InvalidValueError
 
 __all__ = [
@@ -28,18 +28,10 @@ __all__ = [
 ]
 
 _MOST_POINTS = 10**7
-
-_SIZES: dict[str, dict[str, Any]] = {
-    **{
-        name: {"unit": "m", "above": 0.0} for name in ("radius", "half_width", "pitch", "protrusion", "flat_half_width")
-    },
-    **{name: {"unit": "m", "at_least": 0.0} for name in ("edge_radius", "tip_radius", "amplitude")},
-    "slope": {"above": 0.0},
-}
-"""Parameters of the indenters, and their limits; one whose default is infinite may be so."""
+_Endless: TypeAlias = Annotated[float, Real("m", above=0.0, finite=False)]
 
 
-class Indenter(Frozen, ABC):
+class Indenter(Noun, ABC):
     """A rigid body. Its height is that of its surface above the skin, 0 at the lowest point; y from its own centre.
 
     Slopes are taken to be small, as everywhere in the theory; a warning comes with an answer in which they are not.
@@ -67,12 +59,6 @@ class Indenter(Frozen, ABC):
             seen = f"period = {period:.6g} m"
             raise GeometryError(seen, f"the body itself is {high - low:.6g} m wide", "a longer period")
 
-    def __post_init__(self) -> None:
-        for size in fields(self):  # type: ignore[arg-type]  # those that have sizes are dataclasses
-            value = getattr(self, size.name)
-            if size.name in _SIZES and not (size.default == np.inf and isinstance(value, float) and value == np.inf):
-                object.__setattr__(self, size.name, _check.scalar(size.name, value, **_SIZES[size.name]))
-
 
 def _positions(y: npt.ArrayLike) -> FloatArray:
     return _check.real("y", y, unit="m")
@@ -96,7 +82,7 @@ class Cylinder(Indenter):
     4e-05
     """
 
-    radius: float
+    radius: Length
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return np.asarray(_positions(y) ** 2 / (2 * self.radius))
@@ -131,7 +117,7 @@ class Edge(Indenter):
     [0.0, 0.0, inf]
     """
 
-    edge_radius: float = 0.0
+    edge_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return _beyond(_positions(y), self.edge_radius)
@@ -164,8 +150,8 @@ class RoundedFlat(Indenter):
     [0.0, 0.0, 1e-05]
     """
 
-    half_width: float
-    edge_radius: float = 0.0
+    half_width: Length
+    edge_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return _beyond(np.abs(_positions(y)) - self.half_width, self.edge_radius)
@@ -193,8 +179,8 @@ class RoundedWedge(Indenter):
     [0.0, 2e-05, 0.00018]
     """
 
-    slope: float
-    tip_radius: float = 0.0
+    slope: Positive
+    tip_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         distance = np.abs(_positions(y))
@@ -223,9 +209,9 @@ class SineRidges(Indenter):
     [0.0, 2e-05]
     """
 
-    pitch: float
-    amplitude: float
-    radius: float = np.inf
+    pitch: Length
+    amplitude: Extent
+    radius: _Endless = np.inf
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys = _positions(y)
@@ -263,9 +249,9 @@ class ParticleOnFlat(Indenter):
     [0.0, 5e-06, 2e-05]
     """
 
-    half_width: float
-    protrusion: float
-    flat_half_width: float = np.inf
+    half_width: Length
+    protrusion: Length
+    flat_half_width: _Endless = np.inf
 
     def __post_init__(self) -> None:
         super().__post_init__()

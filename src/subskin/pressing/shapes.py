@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Angle, Extent, Length, Positive
 from ..errors import GeometryError, InvalidValueError
 from .body import ANYWHERE, Ends, LocalIndenter, beyond, points, turned
 
@@ -33,8 +34,8 @@ class Pin(LocalIndenter):
     [0.0, 0.0, inf]
     """
 
-    radius: float
-    edge_radius: float = 0.0
+    radius: Length
+    edge_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return beyond(np.hypot(*points(y, z)) - self.radius, self.edge_radius)
@@ -65,10 +66,10 @@ class Box(LocalIndenter):
     [0.0, 1e-05]
     """
 
-    half_width_y: float
-    half_width_z: float
-    edge_radius: float = 0.0
-    azimuth: float = 0.0
+    half_width_y: Length
+    half_width_z: Length
+    edge_radius: Extent = 0.0
+    azimuth: Angle = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = turned(*points(y, z), self.azimuth)
@@ -103,10 +104,10 @@ class BoxEdge(LocalIndenter):
     [0.0, 0.0002]
     """
 
-    slope: float
-    half_length: float
-    edge_radius: float = 0.0
-    azimuth: float = 0.0
+    slope: Positive
+    half_length: Length
+    edge_radius: Extent = 0.0
+    azimuth: Angle = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = turned(*points(y, z), self.azimuth)
@@ -140,9 +141,9 @@ class BoxCorner(LocalIndenter):
     [0.0002, 0.0001]
     """
 
-    slope: float
-    edge_radius: float = 0.0
-    azimuth: float = 0.0
+    slope: Positive
+    edge_radius: Extent = 0.0
+    azimuth: Angle = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = turned(*points(y, z), self.azimuth)
@@ -189,9 +190,9 @@ class RidgedBody(LocalIndenter):
     """
 
     body: LocalIndenter
-    pitch: float
-    amplitude: float
-    azimuth: float = 0.0
+    pitch: Length
+    amplitude: Extent
+    azimuth: Angle = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from .. import _check
+from .._declared import Noun, Real
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
 
@@ -18,7 +18,7 @@ _SPAN = 1e4
 
 
 @dataclass(frozen=True)
-class Layer:
+class Layer(Noun):
     """A layer of a skin.
 
     Parameters
@@ -43,17 +43,10 @@ class Layer:
     """
 
     material: Material
-    thickness: float
+    thickness: Annotated[float, Real("m", above=0.0, fix="leave out a layer that is not there")]
     bond: Literal["bonded", "frictionless"] = "bonded"
 
     LOOSE: ClassVar = {"bonded": "", "frictionless": ", sliding"}
-
-    def __post_init__(self) -> None:
-        _check.noun("material", self.material, Material, "Material(young=0.4e6)")
-        fix = "leave out a layer that is not there"
-        value = _check.scalar("thickness", self.thickness, unit="m", above=0.0, fix=fix)
-        object.__setattr__(self, "thickness", value)
-        _check.choice("bond", self.bond, self.LOOSE)
 
     def __str__(self) -> str:
         return f"{1e3 * self.thickness:.6g} mm ({self.material}{self.LOOSE[self.bond]})"
