@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from .._check import FloatArray
 from .._frozen import Frozen
 
 __all__ = ["AREA", "BESIDE", "LINE", "ROUND", "TWIST", "WIDE", "Layout"]
@@ -17,9 +18,10 @@ __all__ = ["AREA", "BESIDE", "LINE", "ROUND", "TWIST", "WIDE", "Layout"]
 class Layout(Frozen):
     """Columns of a row that an estimator fills for one frame.
 
-    In this order: position, components of the force, half width, moment, their covariance (upper triangle, by rows),
-    95 % interval of the half width, chi-square, the rival's position, components, half width and moment, how much
-    larger its chi-square is, status. Without a width, or a moment, its columns are not there.
+    In this order: position (y, or y and z), components of the force (n and t, or n, ty and tz), half width, moment,
+    their covariance (upper triangle, by rows), 95 % interval of the half width (low, high), chi-square (residual), the
+    same of the rival (rival_y to rival_moment), how much larger its chi-square is, status. Without a width, or a
+    moment, its columns are not there.
 
     Parameters
     ----------
@@ -42,6 +44,8 @@ class Layout(Frozen):
     wide: bool = False
     aside: bool = False
     twist: bool = False
+    record: np.dtype[np.void] = field(init=False)
+    """The same columns as fields, which compiled loops fill by name: `layout.named(table)`."""
     components: int = field(init=False)
     unknowns: int = field(init=False)
     """Columns of the contact itself, from 0: position, components, half width, moment."""
@@ -54,15 +58,36 @@ class Layout(Frozen):
     columns: int = field(init=False)
 
     def __post_init__(self) -> None:
-        k = 2 * self.dim + 1 + self.wide + self.twist
-        sizes = {
-            "components": self.dim, "unknowns": k - self.dim, "covariance": 0, "interval": k * (k + 1) // 2,
-            "residual": 2 * self.wide, "rival": 1, "rival_chi2": k, "status": 1, "columns": 1,
+        contact = ["y", "n", "t"] if self.dim == 1 else ["y", "z", "n", "ty", "tz"]
+        contact += ["half_width"] * self.wide + ["moment"] * self.twist
+        k = len(contact)
+        fields = [*contact, "covariance", *["low", "high"] * self.wide, "residual"]
+        fields += [*(f"rival_{name}" for name in contact), "rival_chi2", "status"]
+        record = np.dtype([(name, float, (k * (k + 1) // 2,) if name == "covariance" else ()) for name in fields])
+        at = {name: record.fields[name][1] // 8 for name in fields}  # type: ignore[index]
+        columns = {
+            "components": at["n"], "unknowns": k, "covariance": k, "interval": at.get("low", at["residual"]),
+            "residual": at["residual"], "rival": at["rival_y"], "rival_chi2": at["rival_chi2"], "status": at["status"],
+            "columns": record.itemsize // 8, "record": record,
         }  # fmt: skip
-        at = 0
-        for name, size in sizes.items():  # of what stands before
-            at += size
-            object.__setattr__(self, name, at)
+        for name, value in columns.items():
+            object.__setattr__(self, name, value)
+
+    def named(self, table: FloatArray) -> npt.NDArray[np.void]:
+        """The rows of a table as records: a view, in which the columns have names.
+
+        Parameters
+        ----------
+        table : ndarray, shape (f, columns)
+            What a loop fills.
+
+        Examples
+        --------
+        >>> rows = LINE.named(np.zeros((2, LINE.columns)))
+        >>> rows.shape, rows.dtype.names[:5], rows["covariance"].shape
+        ((2,), ('y', 'n', 't', 'covariance', 'residual'), (2, 6))
+        """
+        return np.asarray(table).view(self.record)[:, 0]
 
     @property
     def half_width(self) -> int:
