@@ -1,4 +1,4 @@
-"""Stress on a 1000 x 1000 grid beneath 50 inclined line loads, and beneath one Hertz contact; memory bandwidth.
+"""Stress on a 1000 x 1000 grid beneath line loads and a Hertz contact, and batches read by 16 x 16 sensors.
 
     python benchmarks/bench_fields.py [--side 1000] [--repeats 3] [--json FILE]
 
@@ -47,6 +47,24 @@ def flamant(loads: list[ss.LineLoad], x: np.ndarray, y: np.ndarray) -> list[np.n
     return out
 
 
+def reading(repeats: int) -> list[list[str]]:
+    """Time of a frame in a batch of 300, of 16 x 16 sensors 2 mm deep in a half space."""
+    rng, frames, rows = np.random.default_rng(0), 300, []
+    load = {
+        "components": rng.uniform((1.0, -0.5, -0.5), (2.0, 0.5, 0.5), (frames, 3)),
+        "position": rng.uniform(-12e-3, 12e-3, (frames, 2)),
+    }
+    wide = rng.uniform(0.7e-3, 3e-3, (frames, 2))
+    touches = {"point": ss.PointLoad(**load), "patch": ss.Patch(**load, half_widths=wide)}
+    for kind in (ss.NormalStrain(), ss.MeanPressure()):
+        array = ss.SensorArray.grid((16, 16), pitch=2e-3, depth=2e-3, transducer=kind)
+        finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.45)), array)
+        for name, touch in touches.items():
+            seconds, _ = best(lambda: finger.read(touch), 3 * repeats)  # noqa: B023
+            rows.append([f"{name}, {type(kind).__name__}", f"{1e6 * seconds / frames:.1f}"])
+    return rows
+
+
 def main() -> None:
     """Run and print."""
     options = arguments(__doc__, side=1000, repeats=3)
@@ -74,6 +92,7 @@ def main() -> None:
         rows.append([name, f"{1e3 * seconds:.0f}", f"{rate / 1e9:.3f}", f"{rate / copy:.2%}", note])
     columns = ["", "ms", "GB/s of results", f"of a copy's {copy / 1e9:.1f} GB/s", "largest difference"]
     show(f"Fields on {options.side} x {options.side} points", columns, rows, options.json)
+    show("Readings of 16 x 16 sensors, in a batch", ["", "us a frame"], reading(options.repeats), options.json)
 
 
 if __name__ == "__main__":

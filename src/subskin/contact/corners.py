@@ -1,33 +1,92 @@
 """Families of a bilinear traction on a rectangle, as sums over its corners (docs/local_contacts.md; Love 1929).
 
 A corner at the distance (Y, Z) from the point's projection on the surface adds a function of (x, Y, Z), with the
-product of the corner's two signs. `Corner` has these functions for f = 1 (`one`), and the moments that f = y', z' and
-y' z' need (`along`, `across`, `both`), each times 2 pi.
+product of the corner's two signs, here times 2 pi. Of f = 1 under a load without slopes W_0, W_1 and their derivatives
+are real functions of an array namespace `xp`. `Corner` has all of the family, and the moments that f = y', z' and y' z'
+need (`along`, `across`, `both`); there complex numbers are the shorter form, and lose nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
+from .kernels import Parts
 
-__all__ = ["Corner"]
+__all__ = ["Corner", "CornerSeen", "angle", "from_edge", "rectangle_parts", "sides", "slopes"]
 
 _TINY = 1e-300
+
+
+class CornerSeen(NamedTuple):
+    """A corner seen from points: Y = y - y_corner, Z = z - z_corner, x >= 0; sqrt(Y^2 + x^2), sqrt(Z^2 + x^2) and R."""
+
+    x: Any
+    y: Any
+    z: Any
+    along: Any
+    across: Any
+    r: Any
+
+
+def from_edge(xp: Any, x: Any, away: Any) -> Any:
+    """The distance from an edge, or rather from the line on which it lies; never 0."""
+    return xp.sqrt(xp.maximum(away * away + x * x, _TINY))
+
+
+def angle(xp: Any, c: CornerSeen) -> Any:
+    """W_0: the solid angle."""
+    return xp.atan2(c.y * c.z, c.x * c.r)
+
+
+def sides(xp: Any, c: CornerSeen) -> tuple[Any, Any]:
+    """Real and imaginary part of W_1, E and F."""
+    return xp.asinh(c.z / c.along), xp.asinh(c.y / c.across)
+
+
+def slopes(xp: Any, c: CornerSeen) -> tuple[Any, Any, Any, Any]:
+    """E' and F', which are W_1', and p and q, of which W_0' is the sum."""
+    r = xp.maximum(c.r, _TINY)
+    by_y, by_z = -1 / (r * (c.along * c.along)), -1 / (r * (c.across * c.across))
+    both = c.y * c.z
+    return c.x * c.z * by_y, c.x * c.y * by_z, both * by_y, both * by_z
+
+
+def rectangle_parts(xp: Any, orders: Sequence[int], x: Any, y: Any, z: Any, ty: Any, tz: Any, a: Any, b: Any) -> Parts:
+    """`RealForm.parts` of a rectangle |y'| <= a, |z'| <= b."""
+    ys, zs = ([(s, from_edge(xp, x, s)) for s in (away + half, away - half)] for away, half in ((y, a), (z, b)))
+    (one, two), (three, four) = (
+        [CornerSeen(x, y, z, along, across, xp.sqrt(along * along + z * z)) for z, across in zs] for y, along in ys
+    )
+    out = []
+    for order in orders:
+        each = [
+            (angle(xp, corner), *sides(xp, corner)) if order == 0 else _first_slopes(xp, corner)
+            for corner in (one, two, three, four)
+        ]
+        even, by_y, by_z = (k - m - n + o for k, m, n, o in zip(*each, strict=True))
+        share = (0.125 / np.pi) / (a * b)
+        out.append((share * even, share * (ty * by_y + tz * by_z)))
+    return out
+
+
+def _first_slopes(xp: Any, c: CornerSeen) -> tuple[Any, Any, Any]:
+    along, across, p, q = slopes(xp, c)
+    return p + q, along, across
 
 
 class Corner:
     """One corner, seen from points: Y = y - y_corner, Z = z - z_corner, x >= 0."""
 
     def __init__(self, x: FloatArray, y: FloatArray, z: FloatArray) -> None:
-        self.x, self.y, self.z = x, y, z
-        self.r = np.sqrt(x * x + y * y + z * z)
+        self.x, self.y, self.z, self.r = x, y, z, np.sqrt(x * x + y * y + z * z)
+        self._seen = seen = CornerSeen(x, y, z, from_edge(np, x, y), from_edge(np, x, z), self.r)
         self.w = np.maximum(self.r + x, _TINY)
-        self.yx2, self.zx2 = np.maximum(y * y + x * x, _TINY), np.maximum(z * z + x * x, _TINY)
-        self.e, self.f = (np.arcsinh(s / np.sqrt(t)) for s, t in ((z, self.yx2), (y, self.zx2)))
-        self.at = np.arctan2(y * z, x * self.r)
+        self.e, self.f = sides(np, seen)
+        self.at = angle(np, seen)
         less = (y * y + z * z) / self.w  # R - x
         self.p = np.arctan2(-y * z * less, y * y * self.r + x * z * z)
         self.q = np.arctan2(-y * z * less, z * z * self.r + x * y * y)
@@ -103,8 +162,7 @@ class Corner:
     @property
     def _slopes(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """E', F', p, q."""
-        x, y, z, r = self.x, self.y, self.z, self._safe
-        return -x * z / (r * self.yx2), -x * y / (r * self.zx2), -y * z / (r * self.yx2), -y * z / (r * self.zx2)
+        return slopes(np, self._seen)
 
     def _first(
         self,

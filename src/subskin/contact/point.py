@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
 from .axial import AxialContact
-from .kernels import point_core, point_family
+from .kernels import RealForm, point_core, point_family, point_parts
 
 __all__ = ["PointLoad"]
 
@@ -32,6 +32,9 @@ class PointLoad(AxialContact, name="point"):
 
     def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         return point_family(order, x, zeta)
+
+    def real_form(self) -> RealForm:  # noqa: D102
+        return RealForm(point_parts)
 
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:  # noqa: D102
         return point_core(x, zeta)

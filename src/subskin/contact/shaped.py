@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError, InvalidValueError
+from .kernels import RealForm
 from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
 
 __all__ = ["ShapedContact", "row_of"]
@@ -165,6 +166,13 @@ class ShapedContact(LocalContact):
         -------
         ndarray, shape (4, ...), or None
             For m = 0 ... 3 [1/m^(2 + order)], of order -1 for m = 0 ... 2; None without a closed form.
+        """
+        return None
+
+    def real_form(self) -> RealForm | None:
+        """W_0 and Re(tau* W_1) of the shape as real functions, of which pressure and strain along x are made.
+
+        None where there are none.
         """
         return None
 

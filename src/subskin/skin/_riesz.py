@@ -6,20 +6,41 @@ All the Poisson's ratio there is stands here (docs/local_contacts.md).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import cache, partial
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import _check
 from .._check import ComplexArray, FloatArray, each_read_only
-from ..contact.local import LocalContact, local_potentials_of, local_transforms_of
+from ..contact import LocalContact, ShapedContact, local_potentials_of, local_transforms_of
+from ..contact.kernels import RealForm
 from ..material import Material
 from ..tensor import Displacements, Strain, Stress
+from ._deferred import DeferredStrain, DeferredStress
+from ._points import blank_local
 
-__all__ = ["Fields", "displacements_of", "fields_of", "turns_of"]
+__all__ = ["Fields", "RealFields", "displacements_of", "fields_of", "tensors_of", "turns_of"]
 
 # Points of one block: its temporaries then stay in the second-level cache.
 _BLOCK = 1024
+_BATCH = 1 << 12
+
+
+def stress_along(w: Any, xw: Any, xh: Any) -> Any:
+    """s_xx [Pa] from W_0, x W_0' of the pressure and x h' of the drag; arrays of any namespace, as below."""
+    return xw - w - xh
+
+
+def strain_along(w: Any, xw: Any, h: Any, xh: Any, nu: float) -> Any:
+    """2 G eps_xx [Pa], h = Re W_1 of the drag."""
+    return xw - (1 - 2 * nu) * w - 2 * nu * h - xh
+
+
+def trace_of(w: Any, h: Any, nu: float) -> Any:
+    """The sum of the normal stresses [Pa]."""
+    return 2 * (1 + nu) * (h - w)
 
 
 class Fields(NamedTuple):
@@ -41,17 +62,84 @@ class Fields(NamedTuple):
         both = -((1 + 2 * nu) * w + xw) + 2 * (1 + nu) * h + xh
         half, turned = 0.5 * both, 0.5 * difference
         yy, zz = half + turned.real, half - turned.real
-        return Stress(-w + xw - xh, yy, zz, shear.real, shear.imag, turned.imag)
+        return Stress(stress_along(w, xw, xh), yy, zz, shear.real, shear.imag, turned.imag)
 
     def strain(self, material: Material) -> Strain:
         """Strain [-]; at nu = 1/2 not as a difference of stresses, which are large beside it near the surface."""
         w, xw, h, xh, shear, difference = self
         nu, soft = material.poisson, 0.5 / material.shear
-        xx = -(1 - 2 * nu) * w + xw - 2 * nu * h - xh
+        xx = strain_along(w, xw, h, xh, nu)
         half = 0.5 * (-((1 - 2 * nu) * w + xw) + 2 * (1 - nu) * h + xh)
         turned = 0.5 * difference
         parts = xx, half + turned.real, half - turned.real, shear.real, shear.imag, turned.imag
         return Strain(*(soft * part for part in parts))
+
+
+class RealFields:
+    """Stress and strain along x, and the mean pressure, of a shape with a `RealForm`: nothing else is worked out.
+
+    Parameters
+    ----------
+    contact : ShapedContact
+        What presses.
+    form : RealForm
+        Its real form.
+    x, y, z : ndarray
+        Points [m] of one shape, x > 0, which broadcasts against the batch.
+    """
+
+    def __init__(self, contact: ShapedContact, form: RealForm, x: FloatArray, y: FloatArray, z: FloatArray) -> None:
+        centre, load = contact.position, contact.components
+        self._form = form
+        self._shape = np.broadcast_shapes(contact.shape, x.shape)
+        self._arrays = [x, y, z, centre[..., 0], centre[..., 1], *(load[..., i] for i in range(3)), *form.sizes]
+        if form.far is not None:
+            self._arrays.append(form.far)
+
+    def stress_xx(self) -> FloatArray:
+        """s_xx [Pa]."""
+        return self._each((0, 1), lambda x, n, w, h, dw, dh: stress_along(n * w, n * x * dw, x * dh))
+
+    def strain_xx(self, material: Material) -> FloatArray:
+        """eps_xx [-]."""
+        nu, soft = material.poisson, 0.5 / material.shear
+        return self._each((0, 1), lambda x, n, w, h, dw, dh: soft * strain_along(n * w, n * x * dw, h, x * dh, nu))
+
+    def trace(self, nu: float) -> FloatArray:
+        """The sum of the normal stresses [Pa]."""
+        return self._each((0,), lambda x, n, w, h: trace_of(n * w, h, nu))
+
+    def _each(self, orders: tuple[int, ...], make: Callable[..., FloatArray]) -> FloatArray:
+        """What `make` gives of x, N and the parts of the orders, block by block along the first axis."""
+        out, shape = np.empty(self._shape), self._shape
+        rows = max(1, _BATCH // max(1, int(np.prod(shape[1:]))))
+        for first in range(0, shape[0] if shape else 1, rows):
+            part = slice(first, first + rows)
+            block = [a[part] if a.ndim == len(shape) > 0 and a.shape[0] > 1 else a for a in self._arrays]
+            self._fill(out[part] if shape else out, orders, make, block)
+        return out
+
+    def _fill(
+        self, out: FloatArray, orders: tuple[int, ...], make: Callable[..., FloatArray], block: list[FloatArray]
+    ) -> None:
+        form, (x, y, z, at_y, at_z, *rest) = self._form, block
+        y, z = y - at_y, z - at_z
+        if form.far is None:
+            out[...] = self._made(form.parts, orders, make, x, y, z, *rest)
+            return
+        beyond = x * x + (y * y + z * z) > rest.pop() ** 2
+        if not beyond.any():
+            out[...] = self._made(form.parts, orders, make, x, y, z, *rest)
+            return
+        wide = np.broadcast_arrays(x, y, z, *rest, beyond)[:-1]
+        for parts, chosen in ((form.parts_far, beyond), (form.parts, ~beyond)):
+            out[chosen] = self._made(parts, orders, make, *(a[chosen] for a in wide))
+
+    @staticmethod
+    def _made(
+        parts: Any, orders: tuple[int, ...], make: Callable[..., FloatArray], x: Any, y: Any, z: Any, n: Any, *rest: Any
+    ) -> FloatArray:
+        return make(x, n, *chain.from_iterable(parts(np, orders, x, y, z, *rest)))
 
 
 def fields_of(contact: LocalContact, nu: float, x: FloatArray, y: FloatArray, z: FloatArray) -> Fields:
@@ -70,6 +158,28 @@ def fields_of(contact: LocalContact, nu: float, x: FloatArray, y: FloatArray, z:
         return Fields(*(np.array(part) for part in parts))
 
     return Fields(*_in_blocks(fields, contact, x, y, z))  # type: ignore[arg-type]
+
+
+def tensors_of(
+    contact: LocalContact, material: Material, x: FloatArray, y: FloatArray, z: FloatArray
+) -> tuple[Callable[[], Stress], Callable[[], Strain]]:
+    """Stress and strain beneath a contact at points of one shape, when they are asked for."""
+    if contact.shape:
+        _check.broadcast(contact=np.empty(contact.shape), points=x)
+    nu = material.poisson
+    form = contact.real_form() if isinstance(contact, ShapedContact) and (x > 0).all() else None
+    if not isinstance(contact, ShapedContact) or form is None:
+        fields = fields_of(contact, nu, x, y, z)
+        blank_local(contact, x, y, z, *fields)
+        return partial(fields.stress, nu), partial(fields.strain, material)
+    whole = cache(lambda: fields_of(contact, nu, x, y, z))
+    real = RealFields(contact, form, x, y, z)
+    share = (1 - 2 * nu) / material.young  # of the trace of the stress is that of the strain
+    stress = DeferredStress(lambda: whole().stress(nu), real.stress_xx, lambda: real.trace(nu))
+    strain = DeferredStrain(
+        lambda: whole().strain(material), lambda: real.strain_xx(material), lambda: share * stress.trace
+    )
+    return lambda: stress, lambda: strain
 
 
 def displacements_of(

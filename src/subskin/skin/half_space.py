@@ -16,8 +16,8 @@ from ..contact import Contact, LocalContact
 from ..material import Material
 from ..tensor import Deferred, State, Tilt, Wave
 from ._area_influence import of_half_space
-from ._points import blank_local, local_points, wave_points
-from ._riesz import displacements_of, fields_of, turns_of
+from ._points import local_points, wave_points
+from ._riesz import displacements_of, tensors_of, turns_of
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 from .surface import grid_of
@@ -101,20 +101,18 @@ class HalfSpace(Skin):
     ) -> Callable[[Contact | LocalContact], State]:
         xs, ys, zs = local_points(x, y, z)
         long = self._plane.at(xs, ys)
-        surface, material = not (xs > 0).all(), self.material
+        material = self.material
 
         def state(contact: Contact | LocalContact) -> State:
             if not isinstance(contact, LocalContact):
                 return long(contact)
-            fields = fields_of(contact, material.poisson, xs, ys, zs)
-            if surface:
-                blank_local(contact, xs, ys, zs, *fields)
+            stress, strain = tensors_of(contact, material, xs, ys, zs)
             moved = partial(displacements_of, contact, material, xs, ys, zs)
 
             def tilt() -> Tilt:
                 turned = turns_of(contact, material.poisson, xs, ys, zs) / (2 * material.shear)
                 return Tilt(*each_read_only(turned.real, turned.imag))
 
-            return Deferred(partial(fields.stress, material.poisson), partial(fields.strain, material), moved, tilt)
+            return Deferred(stress, strain, moved, tilt)
 
         return state
