@@ -7,8 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.calibration import Known
-from subskin.calibration._blind_model import BlindModel, Whitened
-from subskin.calibration._blind_touch import UnknownTouch
+from subskin.calibration._blind_model import BlindModel, UnknownTouch, Whitened
 
 SOFT = ss.Material(0.4e6)
 SKINS = {

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.calibration._blind_fit import _Step
-from subskin.calibration._blind_model import BlindModel, Whitened
-from subskin.calibration._blind_touch import UnknownTouch
+from subskin.calibration._blind_model import BlindModel, UnknownTouch, Whitened
+from subskin.calibration._blind_rounds import _Step
 from subskin.calibration._learning import Learning, _effects
 
 SOFT = ss.Material(0.4e6, 0.45)

@@ -9,7 +9,7 @@ import pytest
 
 import subskin as ss
 from subskin.calibration import correlated as process
-from subskin.calibration._forward_area import AreaForward
+from subskin.calibration._forward import Forward
 
 FIT = ("gain", "depth", "origin", "turn")
 DEPTH = 5e-3
@@ -44,7 +44,7 @@ def table_error(found, true):
 
 def test_slopes_are_those_of_a_finger_made_anew():
     true = ss.Finger(SKIN, replace(PLATE, depth=np.linspace(4e-3, 6e-3, 6)))
-    forward, at = AreaForward(true, FIT), touches(8)
+    forward, at = Forward(true, FIT), touches(8)
     load = np.tile([1.5, 0.3, -0.2], (8, 1))
     slopes = forward.slopes(forward.start(np.zeros(2)), at, load)
     step, array = 2e-6, true.array
@@ -101,7 +101,7 @@ def test_the_tolerance_that_is_large_is_found(large):
     rng = np.random.default_rng(3)
     true, at = ss.Finger(SKIN, PLATE), touches(24)
     touch, sensor = np.divmod(np.arange(24 * 6), 6)
-    forward = AreaForward(true, FIT)
+    forward = Forward(true, FIT)
     slopes = forward.slopes(forward.start(np.zeros(2)), at, np.tile([1.0, 0.0, 0.0], (24, 1)))[touch, sensor] / 10.0
     slopes = np.column_stack([slopes, np.ones(144)])
     apart = (at[touch] - PLATE.points[sensor]) / DEPTH

@@ -13,7 +13,7 @@ import subskin as ss
 from subskin.calibration.correlated import Correlated, Residuals
 from subskin.calibration.fit import Fit
 from subskin.calibration.known import fitted
-from subskin.calibration.spread import measured, size_of
+from subskin.calibration.held_out import measured, size_of
 from subskin.spread import Spread
 
 from .._commands import subskin

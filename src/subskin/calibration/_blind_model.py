@@ -1,4 +1,4 @@
-"""What unlabelled touches read, as a function of the finger in units of what its drawing leaves open."""
+"""An unlabelled touch, and what it reads as a function of the finger in units of what its drawing leaves open."""
 
 from __future__ import annotations
 
@@ -11,18 +11,75 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from .._frozen import Frozen
+from ..array import SensorArray
+from ..contact import Hertz, LineLoad, RoundHertz
+from ..estimate.area import AreaLocator, RoundLocator
+from ..estimate.area.locator import reach_of
+from ..estimate.estimate import Estimate
+from ..estimate.search import Locator
 from ..finger import Finger
-from ._blind_touch import UnknownTouch
-from ._forward import slices
-from ._forward_area import forward_of
+from ..radial import tabulate_radial
+from ..radial_round import tabulate_round
+from ..response import Response
+from ._forward import Forward, slices, touches_at
 
-__all__ = ["TERMS", "BlindModel", "Linearised", "Whitened"]
+__all__ = ["TERMS", "BlindModel", "Linearised", "UnknownTouch", "Whitened"]
 
 TERMS = ("gain", "offset", "depth", "depths", "position", "poisson", "thickness")
 """What can be fitted, in the order of x."""
 
 _STEP = 1e-5
 """Of differences, in typical sizes: what rounding and what curvature make of them is then about alike."""
+
+
+class UnknownTouch(NamedTuple):
+    """The kind of all touches.
+
+    Parameters
+    ----------
+    dim : {1, 2}
+        1 for line loads on a row, 2 for loads on an area.
+    friction : float
+        0 for touches that press straight down.
+    half_width : float
+        Of a Hertz contact [m]; 0 for a line or a point.
+    """
+
+    dim: int
+    friction: float
+    half_width: float = 0.0
+
+    @property
+    def loads(self) -> int:
+        """How many components of force a touch has."""
+        return 1 if self.friction == 0 else self.dim + 1
+
+    @property
+    def unknowns(self) -> int:
+        """How many unknowns a touch has."""
+        return self.dim + self.loads
+
+    def fields(self, finger: Finger, positions: FloatArray) -> FloatArray:
+        """Readings (m, n, k) under unit forces at `positions` (m, d) [m], without offsets."""
+        units = np.eye(self.dim + 1)[: self.loads]
+        contact = touches_at(units, positions if self.dim == 1 else positions[:, None], self.half_width)
+        measured = np.swapaxes(finger.measure(contact, linear=True), -1, -2)
+        out = np.asarray(finger.array.gain)[:, None] * measured
+        out[..., 0] += np.asarray(finger.array.lift)
+        return np.asarray(out)
+
+    def locate(self, finger: Finger, array: SensorArray, ends: FloatArray, readings: FloatArray) -> Estimate:
+        """Touches (m,) on `finger` within `ends` (d, 2) [m], by the noise of `array`."""
+        widths = (self.half_width, self.half_width)
+        y = (float(ends[0, 0]), float(ends[0, 1]))
+        if self.dim == 1:
+            response = Response.of(finger, Hertz if self.half_width else LineLoad, y, self.half_width)
+            return Locator(response, array, half_width=widths, friction=self.friction)(readings)
+        reach, box = reach_of(array, ends), (y, (float(ends[1, 0]), float(ends[1, 1])))
+        if self.half_width:
+            table = tabulate_round(finger, RoundHertz, reach, self.half_width)
+            return RoundLocator(table, array, box, widths, friction=self.friction)(readings)
+        return AreaLocator(tabulate_radial(finger, reach), array, box, friction=self.friction)(readings)
 
 
 class Whitened(NamedTuple):
@@ -95,7 +152,7 @@ class BlindModel:
         self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], touch: UnknownTouch
     ) -> None:
         self.drawn, self.touch, self.dim = finger, touch, touch.dim
-        self.forward = forward_of(finger, names)
+        self.forward = Forward(finger, names)
         n = len(finger.array)
         counts = {"gain": n, "offset": n, "depths": n, "position": self.dim * n}
         self.slices = slices({name: counts.get(name, 1) for name in TERMS if name in names})

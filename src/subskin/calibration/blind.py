@@ -16,9 +16,8 @@ from ..estimate.area.locator import search_of
 from ..estimate.frames import check_noise
 from ..finger import Finger, finger_needed
 from ..response import tabulate
-from ._blind_model import TERMS
+from ._blind_model import TERMS, UnknownTouch
 from ._blind_rounds import Rounds
-from ._blind_touch import UnknownTouch
 from ._forward import checked_names
 from ._learning import Learning
 from .blind_calibration import BlindCalibration, BlindParameter
@@ -176,7 +175,7 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
         strict=True,
     )
     parameters = tuple(
-        BlindParameter(name, sensors[i], drawn, float(prior), value, float(std), float(limit), unit)
+        BlindParameter(name, sensors[i], value, float(std), unit, drawn=drawn, prior=float(prior), limit=float(limit))
         for (name, i, drawn, unit), prior, (_, _, value, _), std, limit in rows
     )
     return BlindCalibration(

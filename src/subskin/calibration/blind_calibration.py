@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -11,12 +10,10 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
-from .._shown import Tabled, many_of, parameter_rows
 from ..estimate.estimate import Estimate
 from ..finger import Finger
 from ._learning import Learning
-from .calibration import Health
+from .calibration import Fitted, Health, Parameter
 
 __all__ = ["BlindCalibration", "BlindParameter", "ErrorRatio", "Known"]
 
@@ -37,39 +34,21 @@ class Known(IntEnum):
     """Half of what touches can remove of the prior's standard deviation is gone, or more."""
 
 
-@dataclass(frozen=True)
-class BlindParameter:
-    """A fitted number of a `BlindCalibration`, before and after.
+@dataclass(frozen=True, kw_only=True)
+class BlindParameter(Parameter):
+    """A fitted number of a `BlindCalibration`, before and after; the rest is as of a `Parameter`.
 
     Parameters
     ----------
-    name : str
-        What it is.
-    sensor : int or None
-        Whose; None where it holds for the whole finger.
     drawn, prior : float
         The value as drawn, and the standard deviation given for it [`unit`].
-    value, std : float
-        As found, with its standard deviation [`unit`].
     limit : float
         The standard deviation that endless touches would leave [`unit`], 0 where they leave none.
-    unit : str
-        Unit of all of these; empty for numbers without a unit and for readings.
     """
 
-    name: str
-    sensor: int | None
     drawn: float
     prior: float
-    value: float
-    std: float
     limit: float
-    unit: str
-
-    @property
-    def called(self) -> str:
-        """Its name, with the sensor's number."""
-        return self.name if self.sensor is None else f"{self.name} of sensor {self.sensor}"
 
     @property
     def known(self) -> Known:
@@ -99,7 +78,7 @@ class ErrorRatio:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BlindCalibration(Tabled, Frozen):
+class BlindCalibration(Fitted):
     """What `calibrate_blind` found.
 
     Parameters
@@ -136,14 +115,8 @@ class BlindCalibration(Tabled, Frozen):
     unknown: tuple[str, ...]
     _learning: Learning = field(repr=False)
 
-    _HEADS = ("parameter", "sensor", "value")
-
-    def _shown(self) -> list[tuple[str, str, str]]:
-        return parameter_rows(self.parameters)
-
     def _title(self) -> str:
-        health = many_of(Counter(h.name for h in self.health).items())
-        return f"BlindCalibration on {int(self.used.sum())} of {self.used.size} touches: sensors {health}"
+        return f"BlindCalibration on {int(self.used.sum())} of {self.used.size} touches: {self._sensors()}"
 
     @property
     def rank(self) -> int:

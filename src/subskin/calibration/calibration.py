@@ -18,13 +18,14 @@ from .._frozen import Frozen
 from .._shown import Tabled, many_of, parameter_rows
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
-from ._forward_area import forward_of
+from ._forward import Forward
 from .misfit import Misfit
 
 __all__ = [
     "FEWEST_SPARE",
     "WEAK_SHARE",
     "Calibration",
+    "Fitted",
     "Health",
     "Parameter",
     "Score",
@@ -81,6 +82,11 @@ class Parameter:
     unit: str
     at_end: bool = False
 
+    @property
+    def called(self) -> str:
+        """Its name, with the sensor's number."""
+        return self.name if self.sensor is None else f"{self.name} of sensor {self.sensor}"
+
 
 @dataclass(frozen=True, eq=False)
 class Score(Frozen):
@@ -102,8 +108,24 @@ class Score(Frozen):
     touches: int
 
 
+class Fitted(Tabled, Frozen):
+    """A finger and what was fitted of it, which is shown as a table."""
+
+    finger: Finger
+    parameters: tuple[Parameter, ...]
+    health: tuple[Health, ...]
+
+    _HEADS = ("parameter", "sensor", "value")
+
+    def _shown(self) -> list[tuple[str, str, str]]:
+        return parameter_rows(self.parameters)
+
+    def _sensors(self) -> str:
+        return f"sensors {many_of(Counter(h.name for h in self.health).items())}"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Tabled, Frozen):
+class Calibration(Fitted):
     """What `calibrate` found.
 
     Parameters
@@ -154,14 +176,8 @@ class Calibration(Tabled, Frozen):
         """R^2 on the touches used."""
         return self.score.r2
 
-    _HEADS = ("parameter", "sensor", "value")
-
-    def _shown(self) -> list[tuple[str, str, str]]:
-        return parameter_rows(self.parameters)
-
     def _title(self) -> str:
-        health = many_of(Counter(h.name for h in self.health).items())
-        return f"Calibration on {self.score.touches} touches: R^2 {self.r2:.5f}; sensors {health}"
+        return f"Calibration on {self.score.touches} touches: R^2 {self.r2:.5f}; {self._sensors()}"
 
     @property
     def weak(self) -> npt.NDArray[np.bool_]:
@@ -188,9 +204,9 @@ class Calibration(Tabled, Frozen):
         made = any(p.name == "gain" for p in self.parameters)
         if made and self.finger.spread is not None and not any(self.held_out):
             said.append("too few touches to hold some out: how far positions are off is not measured")
-        said += [f"{_called(p)} is at the end of its range ({p.value:.4g} {p.unit}".rstrip() + ")" for p in self.ends]
+        said += [f"{p.called} is at the end of its range ({p.value:.4g} {p.unit}".rstrip() + ")" for p in self.ends]
         said += [
-            f"{_called(p)} is not determined: its standard error is {_share(p)}"
+            f"{p.called} is not determined: its standard error is {_share(p)}"
             for p in self.parameters
             if p.name == "gain" and not p.std < _LOST * abs(p.value)
         ]
@@ -263,7 +279,7 @@ class Calibration(Tabled, Frozen):
         y = self.on_finger(y)
         measured = self.finger.measured
         if measured is None:
-            model = forward_of(self.finger, ()).readings(np.empty(0), y, load)
+            model = Forward(self.finger, ()).readings(np.empty(0), y, load)
         else:
             model = (measured(y) * load[:, None, : measured.components]).sum(axis=-1) + measured.offset
         return score(data, model, self.finger.array.live)
@@ -276,10 +292,6 @@ def weak(gain: FloatArray, kinds: Sequence[object]) -> npt.NDArray[np.bool_]:
         same = np.array([k == kind for k in kinds])
         out[same] = size[same] < WEAK_SHARE * np.median(size[same])
     return out
-
-
-def _called(parameter: Parameter) -> str:
-    return parameter.name + (f" of sensor {parameter.sensor}" if parameter.sensor is not None else "")
 
 
 def _share(parameter: Parameter) -> str:

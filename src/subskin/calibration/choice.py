@@ -14,12 +14,12 @@ from .._axes import on_finger
 from .._check import FloatArray
 from ..errors import ConvergenceError, InvalidValueError
 from ..estimate.estimate import Status
-from ..estimate.locate import locator, row_locator
+from ..estimate.locate import locator
 from ..finger import Finger
 from .calibration import Calibration
 from .fit import Fit
+from .held_out import checked, measured
 from .known import fitted
-from .spread import checked, measured
 
 __all__ = ["Choice", "Trial", "choose"]
 
@@ -177,8 +177,7 @@ def _trial(
         found = whole.result()
         if found.misfit.wrong:
             return Trial(name, found, *nothing, found.misfit.verdict)
-        held_out = _on_area if finger.array.on_area else _on_row
-        found, error, std = held_out(found, whole, options)
+        found, error, std = _held_out(found, whole, options)
     except ConvergenceError as wrong:
         return Trial(name, None, *nothing, str(wrong))
     ok: npt.NDArray[np.bool_] = np.asarray(np.isfinite(error).all(axis=1))
@@ -192,40 +191,30 @@ def _trial(
     )
 
 
-def _on_row(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tuple[Calibration, FloatArray, FloatArray]:
-    """The finger of all touches; errors of position of those held out, and their standard errors, (touches, 1)."""
-    sizes, touches_out = measured(whole)
-    found = checked(found, whole, sizes, touches_out)
-    leaning = int(options.get("friction", 1.0) > 0)
-    order = np.argsort(whole.positions, kind="stable")
-    error, std = np.full((2, len(order)), np.nan)
-    for block in np.array_split(order, _BLOCKS):
-        part = whole.without(block)
-        part.uncertainty.process = whole.uncertainty.process
-        truth = whole.positions[block] - part.forward.origin(part.p, part.origin)
-        at = row_locator(part.finger_found(), **options)(whole.given[block])
-        sure = at.status == Status.OK
-        error[block[sure]] = (at.position - truth)[sure]
-        std[block[sure]] = (sizes[leaning] * part.uncertainty.of_positions(truth)[leaning] * at.std[..., 0])[sure]
-    return found, error[:, None], std[:, None]
+def _held_out(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tuple[Calibration, FloatArray, FloatArray]:
+    """The finger of all touches; errors of position of those held out, and their standard errors, (touches, d).
 
-
-def _on_area(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tuple[Calibration, FloatArray, FloatArray]:
-    """The same of sensors on an area, (touches, 2), by the skin's field alone.
-
-    A response in place would mend most of what a wrong candidate misses: it is made for the one that is taken.
+    On an area by the skin's field alone: a response in place would mend most of what a wrong candidate misses. It is
+    made for the one that is taken.
     """
-    positions = whole.positions
-    order = np.argsort(positions[:, int(np.argmax(np.ptp(positions, axis=0)))], kind="stable")
-    error, std = np.full((2, len(order), 2), np.nan)
-    for block in np.array_split(order, _BLOCKS):
+    positions, sizes, d = whole.positions, (1.0, 1.0), whole.forward.dim
+    if d == 1:
+        sizes, touches_out = measured(whole)
+        found = checked(found, whole, sizes, touches_out)
+    leaning = int(options.get("friction", 1.0) > 0)
+    along = positions if d == 1 else positions[:, int(np.argmax(np.ptp(positions, axis=0)))]
+    error, std = np.full((2, len(positions), d), np.nan)
+    for block in np.array_split(np.argsort(along, kind="stable"), _BLOCKS):
         part = whole.without(block)
-        forward: Any = part.forward
-        truth = on_finger(positions[block], forward.origin(part.p, part.origin), forward.turn(part.p))
-        at: Any = locator(part.finger_found(), "point", **options)(whole.given[block])
+        truth = on_finger(positions[block], part.forward.origin(part.p, part.origin), part.forward.turn(part.p))
+        at: Any = locator(part.finger_found(), "point" if d == 2 else "line", **options)(whole.given[block])
         sure = at.status == Status.OK
-        error[block[sure]] = (at.position - truth)[sure]
-        std[block[sure]] = np.sqrt(np.diagonal(np.asarray(at.load.covariance), axis1=1, axis2=2))[sure, :2]
+        error[block[sure]] = (at.position - truth)[sure].reshape(-1, d)
+        sigma = np.sqrt(np.diagonal(at.load.covariance, axis1=1, axis2=2))[sure, :d]
+        if d == 1:
+            part.uncertainty.process = whole.uncertainty.process
+            sigma = sigma * (sizes[leaning] * part.uncertainty.of_positions(truth)[leaning])[sure, None]
+        std[block[sure]] = sigma
     return found, error, std
 
 

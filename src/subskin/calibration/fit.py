@@ -4,27 +4,26 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._axes import turned
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import ConvergenceError, GeometryError
 from ..finger import Finger
-from ._forward_area import AreaForward, forward_of, with_origin
+from ._forward import LINEAR, Forward
 from .calibration import Calibration, Health, Parameter, score, weak
 from .misfit import Misfit, misfit_of, neighbours, stretched
 from .uncertainty import Uncertainty
 
-__all__ = ["LINEAR", "Fit"]
+__all__ = ["Fit"]
 
-LINEAR = ("gain", "offset", "lift")
 _ORDER = (1, 2, 0)
-"""In which these are made orthogonal: what is the same everywhere first, for gains stand for what changes."""
+"""In which `LINEAR` is made orthogonal: what is the same everywhere first, for gains stand for what changes."""
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
 _MOVES = 10.0
@@ -53,7 +52,7 @@ class Fit(Frozen):
         self.live, self.scan, self.origin, self.turn = live, scan, origin, turn
         self.given, self.data = data, data[:, live]
         self.seen = np.isfinite(self.data)
-        self.forward = forward_of(self._part(), names, turn)
+        self.forward = Forward(self._part(), names, turn)
         self.unknowns = self.forward.size + sum(name in names for name in LINEAR) * int(live.sum())
         self.spare = int(self.seen.sum()) - self.unknowns
         if self.spare < live.sum():
@@ -62,6 +61,11 @@ class Fit(Frozen):
             raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
         self.stated = np.asarray(self.forward.finger.array.noise)
         self.noise = np.ones(int(live.sum()))
+
+    @property
+    def anew(self) -> bool:
+        """Whether the finger itself is fitted; otherwise it is one that was known and has been moved, say."""
+        return "gain" in self.names and self.forward.depth is not None
 
     @property
     def in_place(self) -> bool:
@@ -167,41 +171,21 @@ class Fit(Frozen):
         return least_squares(self.residual, np.clip(p, lower, upper), **options)
 
     def _starts(self) -> list[FloatArray]:
-        """The best of a scan over origin (where it is fitted and not given) and depth; one for each thickness tried."""
-        if isinstance(self.forward, AreaForward):
-            return self._starts_on_area(self.forward)
-        origins = [self.origin]
-        if "origin" in self.names and self.scan:
-            y = np.asarray(self.forward.finger.array.y)
-            step = 0.25 * float(np.asarray(self.forward.finger.array.depth).min())
-            first, last = self.positions.min() - y.max(), self.positions.max() - y.min()
-            origins = list(np.linspace(first, last, max(int((last - first) / step), 8)))
-        depths = (0.6, 1.0, 1.6) if self.forward.depth else (1.0,)
-        if not self.forward.size:
-            return [self.forward.start(self.origin)]
-        best = []
-        for h in _HEIGHTS if "thickness" in self.names else (1.0,):
-            costs = np.array([self._costs(self.forward.start(self.origin, d, h), origins) for d in depths]).T
-            o, d = divmod(int(np.argmin(np.nan_to_num(costs, nan=np.inf))), len(depths))
-            best.append(self.forward.start(origins[o], depths[d], h))
-        return best
-
-    def _starts_on_area(self, forward: AreaForward) -> list[FloatArray]:
-        """The same on an area."""
+        """The best of a scan over origin (where it is fitted and not given), turn and depth; one for each thickness."""
         tried: list[tuple[Any, float]] = [(self.origin, self.turn)]
         if "origin" in self.names and self.scan:
-            tried = forward.starts(self.data, self.positions, self.origin)
+            tried = self.forward.starts(self.data, self.positions, self.origin)
+        depths = (0.6, 1.0, 1.6) if self.forward.depth else (1.0,)
         best = []
-        for h in _HEIGHTS if "thickness" in self.names else (1.0,):
-            starts, costs = [], []
-            for depth in (0.6, 1.0, 1.6) if forward.depth else (1.0,):
-                begin = forward.start(0.0, depth, h)
-                starts += [with_origin(forward, begin, *each) for each in tried]
-                own = [each for each in tried if each[1] != forward.fixed]
-                still = with_origin(forward, begin, 0.0, forward.fixed)
-                for each in own:
-                    costs += self._costs(with_origin(forward, begin, *each), [each[0]])
-                costs += self._costs(still, [each[0] for each in tried if each[1] == forward.fixed])
+        for height in _HEIGHTS if "thickness" in self.names else (1.0,):
+            starts: list[FloatArray] = []
+            costs: list[float] = []
+            for depth in depths:
+                begin = self.forward.start(self.origin, depth, height)
+                starts += [self.forward.placed(begin, *each) for each in tried]
+                for turn, alike in groupby(tried, key=lambda each: each[1]):
+                    still = self.forward.placed(begin, self.origin, turn)
+                    costs += self._costs(still, [origin for origin, _ in alike])
             best.append(starts[int(np.argmin(np.nan_to_num(costs, nan=np.inf)))])
         return best
 
@@ -212,27 +196,8 @@ class Fit(Frozen):
 
     def jacobian(self, positions: FloatArray, load: FloatArray) -> FloatArray:
         """Change of readings with all parameters, in noises, (m, n, p): forward model, gains, offsets, lifts."""
-        columns = []
-        lower, upper = self.forward.bounds()
-        for k, h in enumerate(1e-4 * self.forward.scale()):
-            ends = [self.p.copy(), self.p.copy()]
-            ends[0][k] = min(self.p[k] + h, upper[k])
-            ends[1][k] = max(self.p[k] - h, lower[k])
-            change = self.unit_readings(ends[0], positions, load) - self.unit_readings(ends[1], positions, load)
-            columns.append(self.gain * change / (ends[0][k] - ends[1][k]))
-        unit = self.unit_readings(self.p, positions, load)
-        for name, values in zip(LINEAR, np.broadcast_arrays(unit, 1.0, load[:, :1]), strict=True):
-            if name in self.names:
-                columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
-        return np.stack([c / self.noise for c in columns], axis=-1)
-
-    def jacobian_at(self, positions: FloatArray, load: FloatArray) -> FloatArray:
-        """As `jacobian`, for loads on the finger, at `positions` of its own."""
-        if not isinstance(self.forward, AreaForward):
-            return self.jacobian(positions + self.forward.origin(self.p, self.origin), load)
-        out = turned(self.forward.turn(self.p)).T
-        on_motor = positions @ out + self.forward.origin(self.p, self.origin)
-        return self.jacobian(on_motor, np.column_stack([load[:, :1], load[:, 1:] @ out]))
+        touches = (positions, load)
+        return self.forward.jacobian(self.p, self.origin, touches, self.gain, self.names) / self.noise[:, None]
 
     @cached_property
     def uncertainty(self) -> Uncertainty:
@@ -345,7 +310,7 @@ class Fit(Frozen):
             misfit=self._misfit(self.data - model[:, self.live], fit.r2, depth, bool(ends & {"depth", "depths"})),
             force=_check.read_only(np.hypot(self.load[:, 0], drag)),
             angle=_check.read_only(np.arctan2(drag, self.load[:, 0])),
-            turn=self.forward.turn(self.p) if isinstance(self.forward, AreaForward) else 0.0,
+            turn=self.forward.turn(self.p),
         )
 
 

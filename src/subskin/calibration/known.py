@@ -12,12 +12,10 @@ import numpy.typing as npt
 from .. import _check
 from ..errors import ConvergenceError, GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
-from ._forward import TERMS, checked_names
-from ._forward_area import AREA_TERMS
+from ._forward import LINEAR, checked_names, terms_of
 from .calibration import Calibration, checked_touches
-from .fit import LINEAR, Fit
-from .in_place import placed
-from .spread import checked, measured
+from .fit import Fit
+from .held_out import checked, measured, placed
 
 __all__ = ["calibrate"]
 
@@ -127,7 +125,7 @@ def fitted(
     finger_needed(finger)
     area = finger.array.on_area
     usual = _USUAL + ("turn",) * area if fit is None else fit
-    names = checked_names(usual, (*LINEAR, *(AREA_TERMS if area else TERMS)))
+    names = checked_names(usual, (*LINEAR, *terms_of(finger)))
     data, y, load = checked_touches(finger, readings, positions, 1.0 if force is None else force, angle, azimuth)
     start: Any = np.zeros(2) if area else 0.0
     if origin is not None:

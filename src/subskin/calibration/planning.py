@@ -14,17 +14,17 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError, UnknownOptionError
 from ..finger import Finger, finger_needed
-from ._forward import TERMS, Forward, checked_names
-from ._forward_area import AREA_TERMS, forward_of
-from .fit import LINEAR
+from ._forward import LINEAR, Forward, checked_names, terms_of
 
 __all__ = ["NextTouch", "next_touch"]
 
 _USUAL = ("gain", "offset", "depth", "origin")
 _STEP = 1e-4
-"""Step of a difference, of a parameter's typical size."""
-_KNOWN = {"gain": 0.3, "offset": 3.0, "depth": 0.2, "depths": 0.2, "origin": 1.0, "position": 0.1, "width": 0.5}
-"""What a drawing is good for: of a gain, of the largest reading, and of the mean depth for all that is a length."""
+"""Step of a difference, of the mean depth."""
+_GAIN, _OFFSET = 0.3, 3.0
+"""What a drawing is good for: of a gain, and of the largest reading for an offset."""
+_KNOWN = {"depth": 0.2, "depths": 0.2, "origin": 1.0, "position": 0.1, "width": 0.5}
+"""The same of lengths, in mean depths."""
 _ALONE = {"poisson": 0.05, "turn": 0.2}
 _THICK = 0.5
 """What a drawing is good for: of the thickness above the base."""
@@ -118,9 +118,9 @@ def next_touch(
     finger_needed(finger)
     area = finger.array.on_area
     usual = _USUAL + ("turn",) * area if fit is None else fit
-    names = checked_names(usual, (*LINEAR, *(AREA_TERMS if area else TERMS)))
+    names = checked_names(usual, (*LINEAR, *terms_of(finger)))
     live = finger.array.live
-    forward = forward_of(Finger(finger.skin, finger.array.select(live)), [n for n in names if n not in LINEAR])
+    forward = Forward(Finger(finger.skin, finger.array.select(live)), names)
     model = _Model(forward, names, _check.real("origin", origin, unit="m"), _check.scalar("force", force, above=0.0))
     made = _positions(finger, "positions", positions)
     able = _positions(finger, "candidates", candidates)
@@ -153,7 +153,7 @@ def _positions(finger: Finger, name: str, given: npt.ArrayLike) -> FloatArray:
 
 
 class _Model:
-    """What the readings of a touch have to do with the numbers that are fitted: gains, offsets, lifts, the vector p."""
+    """What readings of touches that press straight in have to do with what is fitted: p, gains, offsets, lifts."""
 
     def __init__(self, forward: Forward, names: Sequence[str], origin: Any, force: float) -> None:
         self.forward, self.names, self.force = forward, names, force
@@ -165,16 +165,8 @@ class _Model:
             rule = "what a touch tells depends on the noise of the readings"
             raise InvalidValueError("a noise of 0", rule, "SensorArray(..., noise=...)")
 
-    def unit(self, p: FloatArray, at: FloatArray) -> FloatArray:
-        """What unit gains would read of touches at `at` that press straight in, shape (k, n)."""
-        load = np.zeros((len(at), self.coordinates + 1))
-        load[:, 0] = self.force
-        return self.forward.unit(p, *self.forward.moved(p, self.fixed, at, load))
-
-    @property
-    def coordinates(self) -> int:
-        """Coordinates of a position."""
-        return 2 if self.forward.finger.array.on_area else 1
+    def _load(self, at: FloatArray) -> FloatArray:
+        return np.tile(self.force * np.eye(self.forward.dim + 1)[0], (len(at), 1))
 
     def doubt(self, at: FloatArray, known: Mapping[str, float]) -> FloatArray:
         """Standard deviation of each number before any touch."""
@@ -182,42 +174,29 @@ class _Model:
             if name not in self.names:
                 raise UnknownOptionError(f'known = "{name}"', f"fitted are {', '.join(self.names)}", "")
             _check.scalar(f"known[{name!r}]", value, above=0.0)
-        depth = float(np.asarray(self.forward.finger.array.depth).mean())
-        thick = self.forward.finger.skin.thickness
-        out = []
-        if "gain" in self.names:
-            out.append(known.get("gain", _KNOWN["gain"]) * np.abs(self.gain))
-        largest = np.abs(self.gain * self.unit(self.p, at)).max(axis=0)
-        for name, size in (("offset", largest), ("lift", largest / self.force)):
+        forward = self.forward
+        depth = float(np.asarray(forward.finger.array.depth).mean())
+        usual = {name: share * depth for name, share in _KNOWN.items()} | _ALONE
+        usual["thickness"] = _THICK * forward.finger.skin.thickness
+        out = [np.full(part.stop - part.start, known.get(name, usual[name])) for name, part in forward.slices.items()]
+        read = self.gain * forward.unit(self.p, *forward.moved(self.p, self.fixed, at, self._load(at)))
+        largest = _OFFSET * np.abs(read).max(axis=0)
+        each = {"gain": known.get("gain", _GAIN) * np.abs(self.gain), "offset": largest, "lift": largest / self.force}
+        for name in LINEAR:
             if name in self.names:
-                out.append(np.broadcast_to(known.get(name, _KNOWN["offset"] * size), self.gain.shape))
-        for name in self.forward.names:
-            part = self.forward.slices[name]
-            usual = _THICK * thick if name == "thickness" else _ALONE.get(name, _KNOWN.get(name, 0.0) * depth)
-            out.append(np.full(part.stop - part.start, known.get(name, usual)))
+                own = each[name] if name == "gain" else known.get(name, each[name])
+                out.append(np.broadcast_to(own, self.gain.shape))
         return np.concatenate(out)
 
     def of_parameters(self, at: FloatArray) -> FloatArray:
         """Derivative of the readings of touches at `at` with respect to the fitted numbers, shape (k, n, numbers)."""
         if not len(at):
             return np.empty((0, self.gain.size, 0))
-        n, parts = self.gain.size, []
-        if "gain" in self.names:
-            parts.append(self.unit(self.p, at)[:, :, None] * np.eye(n))
-        for name, size in (("offset", 1.0), ("lift", self.force)):
-            if name in self.names:
-                parts.append(np.broadcast_to(size * np.eye(n), (len(at), n, n)))
-        low, high = self.forward.bounds()
-        for j, size in enumerate(_STEP * self.forward.scale()):
-            up, down = self.p.copy(), self.p.copy()
-            up[j], down[j] = min(up[j] + size, high[j]), max(down[j] - size, low[j])
-            slope = (self.unit(up, at) - self.unit(down, at)) / (up[j] - down[j])
-            parts.append((self.gain * slope)[:, :, None])
-        return np.concatenate(parts, axis=-1)
+        return self.forward.jacobian(self.p, self.fixed, (at, self._load(at)), self.gain, self.names)
 
     def of_positions(self, at: FloatArray) -> FloatArray:
         """How an error of the fitted numbers moves the position found of loads that may lean, shape (k, d, numbers)."""
-        d = self.coordinates
+        d = self.forward.dim
         finger = self.forward.apply(self.p)
         there, _ = self.forward.moved(self.p, self.fixed, at, np.zeros((len(at), d + 1)))
         step = _STEP * float(np.asarray(finger.array.depth).mean())

@@ -1,49 +1,149 @@
-"""The response of a calibrated finger in place: its skin's field, the doubt of what was fitted, and what it misses.
+"""How far positions are really off: standard errors of a calibrated finger held against touches held out.
 
-Readings at a position are those of the fitted field, plus what a change of its numbers makes of them, plus a Gaussian
-process of the misfit (`correlated.py`), plus noise. Given the residuals of the touches all of it has a mean and a
-variance everywhere: universal kriging (Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), section
-2.7), with a model's discrepancy (Kennedy and O'Hagan, J. R. Stat. Soc. B 63, 425 (2001)).
+Of a row they are a spread along it. On an area the finger gets its response in place: its skin's field, the doubt of
+what was fitted, and what it misses. Readings at a position are those of the fitted field, plus what a change of its
+numbers makes of them, plus a Gaussian process of the misfit (`correlated.py`), plus noise. Given the residuals of the
+touches all of it has a mean and a variance everywhere: universal kriging (Rasmussen and Williams, Gaussian Processes
+for Machine Learning (2006), section 2.7), with a model's discrepancy (Kennedy and O'Hagan, J. R. Stat. Soc. B 63, 425
+(2001)).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
+from .._axes import turned
 from .._check import FloatArray
+from ..errors import ConvergenceError
 from ..estimate.area import InPlaceLocator
 from ..estimate.estimate import Status
 from ..finger import Finger
 from ..measured import MeasuredResponse, nodes_of
+from ..spread import Spread
 from .calibration import Calibration
-from .spread import size_of
+from .correlated import Correlated
+from .fit import Fit
 
-__all__ = ["placed"]
+__all__ = ["checked", "measured", "placed", "size_of"]
 
+_FOLDS = 5
+_FEWEST = 5
+"""Touches held out and OK from which a spread is measured: with fewer it is not known to a half."""
+_LEANING = (0.0, 1.0)
+"""Friction of loads that press straight down, and of loads that may lean."""
+_SHARE = 0.95
+_KNOWN = 4.0
+"""Ratio of two gains of a sensor, with and without some touches, above which only these touches knew it."""
+_ROW_REACH, _ROW_STEP = 3.0, 0.5
+"""How far beyond the row, and how finely, the spread is written down [depth]: misfit changes within a depth."""
 _STEP, _REACH, _NEAR = 0.125, 1.5, 1.0
 """Between nodes, beyond the outermost sensor or touch, and about a touch held out [depth]."""
-_MOST, _MOST_TOUCHES, _FEWEST = 1000, 60, 5
-"""Residuals that correct the field, and touches held out, at most; and at least, for errors to be measured."""
+_MOST, _MOST_TOUCHES = 1000, 60
+"""Residuals that correct the field, and touches held out, at most."""
 
 
-def placed(found: Calibration, fit: Any) -> Calibration:
+def checked(found: Calibration, fit: Fit, sizes: tuple[float, float], touches: tuple[int, int]) -> Calibration:
+    """What was `found` by the `fit`, its finger with the spread of its standard errors and whether it is to be trusted.
+
+    `sizes` and `touches` are what `measured` says of the fit. Of residuals that look like noise, of no more than its
+    stated size, the standard errors are right as they are. A finger of which only some numbers are fitted anew (its
+    origin, say) stays as it was where the touches do not tell.
+    """
+    spread = None if fit.anew else fit.finger.spread
+    if fit.uncertainty.process is not None and (fit.anew or all(touches)):
+        spread = _along(found, fit, sizes)
+    trusted = not found.misfit.wrong and (fit.anew or fit.finger.trusted)
+    if trusted and spread is None:
+        return found
+    return replace(found, finger=replace(found.finger, spread=spread, trusted=trusted), held_out=touches)
+
+
+def _along(found: Calibration, fit: Fit, sizes: tuple[float, float]) -> Spread:
+    """Standard errors of positions along the row: those of the process of the misfit, times the measured `sizes`."""
+    y, depth = np.asarray(found.finger.array.y), float(np.mean(np.asarray(found.finger.array.depth)))
+    first, last = y.min() - _ROW_REACH * depth, y.max() + _ROW_REACH * depth
+    nodes = np.linspace(first, last, int(np.ceil((last - first) / (_ROW_STEP * depth))) + 1)
+    straight, leaning = fit.uncertainty.of_positions(nodes) * np.array(sizes)[:, None]
+    return Spread(nodes, straight, leaning)
+
+
+def measured(fit: Fit) -> tuple[tuple[float, float], tuple[int, int]]:
+    """Errors of positions over the standard errors of the process of the misfit, of touches located by the others.
+
+    Every fifth touch is left out in turn, then each of five
+    blocks of neighbours: the first stand for new touches among those of the calibration, the second for touches in a
+    gap. A fold in which the fit cannot do without its touches counts for nothing: it does not settle, or the gain of a
+    sensor that no other touch came near goes astray, and no such finger is used. With the size for straight and leaning
+    loads comes the number of touches that it rests on; where they are too few, or residuals are noise, it is 1, and the
+    number 0.
+    """
+    if fit.uncertainty.process is None:
+        return (1.0, 1.0), (0, 0)
+    order = np.argsort(fit.positions, kind="stable")
+    errors: tuple[list[float], list[float]] = ([], [])
+    for rows in [*(order[k::_FOLDS] for k in range(_FOLDS)), *np.array_split(order, _FOLDS)]:
+        try:
+            _held_out(fit, rows, errors)
+        except ConvergenceError:
+            continue
+    enough = [len(kept) >= _FEWEST for kept in errors]
+    sizes = [size_of(np.array(kept)) if told else 1.0 for kept, told in zip(errors, enough, strict=True)]
+    counts = [len(kept) * told for kept, told in zip(errors, enough, strict=True)]
+    return (sizes[0], sizes[1]), (counts[0], counts[1])
+
+
+def _held_out(fit: Fit, rows: npt.NDArray[np.intp], errors: tuple[list[float], list[float]]) -> None:
+    """Add to `errors`, of straight and of leaning loads, those of the touches `rows`, located by the others."""
+    part = fit.without(rows)
+    gains = np.abs(part.gain / fit.gain)
+    if not ((gains > 1 / _KNOWN) & (gains < _KNOWN)).all():
+        return
+    part.uncertainty.process = fit.uncertainty.process  # of all touches it is known best
+    finger, origin = part.finger_found(), part.forward.origin(part.p, part.origin)
+    truth = fit.positions[rows] - origin
+    ratio = part.uncertainty.of_positions(truth)
+    for i, friction in enumerate(_LEANING):
+        found = finger.locate(fit.given[rows], friction=friction)
+        sure = (found.status == Status.OK) & (found.std[..., 0] > 0)
+        sure &= (friction > 0) | (fit.load[rows, 1] == 0)
+        errors[i].extend((np.abs(found.position - truth) / (ratio[i] * found.std[..., 0]))[sure].tolist())
+
+
+def size_of(errors: FloatArray) -> float:
+    """Standard deviation of a normal distribution of which 95 % is no larger than 95 % of the `errors` (n,), |e|.
+
+    The error of rank i of n new ones stands for the share i/(n + 1) of all: Vovk, Gammerman and Shafer, Algorithmic
+    Learning in a Random World (2005), section 2. The rank nearest above 95 % is taken; of few, the largest.
+
+    Examples
+    --------
+    >>> round(size_of(np.arange(1, 20) / 10), 3)  # the 19th of 19 stands for 95 %
+    0.969
+    """
+    from scipy.special import ndtri
+
+    n = len(errors)
+    rank = min(int(np.ceil(_SHARE * (n + 1) - 1e-9)), n)
+    return float(np.sort(errors)[rank - 1] / ndtri(0.5 + 0.5 * rank / (n + 1)))
+
+
+def placed(found: Calibration, fit: Fit) -> Calibration:
     """What was `found` by the `fit` on an area, its finger with the response in place where residuals are no noise.
 
     A finger that was only moved, and whose response was known, stays as it was.
     """
-    anew = {"gain", "depth"} <= set(fit.names) or {"gain", "depths"} <= set(fit.names)
-    trusted = not found.misfit.wrong and (anew or fit.finger.trusted)
+    trusted = not found.misfit.wrong and (fit.anew or fit.finger.trusted)
     if fit.in_place:
         return replace(found, finger=replace(fit.finger, trusted=trusted))
     finger, touches = replace(found.finger, trusted=trusted), 0
-    if fit.uncertainty.process is not None:
+    process = fit.uncertainty.process
+    if process is not None:
         with threadpool_limits(limits=1, user_api="blas"):  # small matrices, as in `correlated`
-            known = _Kriging(fit)
+            known = _Kriging(fit, process)
             size, touches = known.held_out()
             finger = replace(finger, measured=known.response(finger).widened(size))
     return replace(found, finger=finger, held_out=(touches, 0))
@@ -52,8 +152,8 @@ def placed(found: Calibration, fit: Any) -> Calibration:
 class _Kriging:
     """The response given the residuals of a fit, all of them or some."""
 
-    def __init__(self, fit: Any) -> None:
-        self.fit, self.unsure, self.process = fit, fit.uncertainty, fit.uncertainty.process
+    def __init__(self, fit: Fit, process: Correlated) -> None:
+        self.fit, self.unsure, self.process = fit, fit.uncertainty, process
         rows = self.unsure.residuals.thinned(_MOST)
         self.seen, self.jacobian = self.unsure.residuals[rows], self.unsure.jacobian[rows]
         self.touch = np.nonzero(fit.seen)[0][rows]
@@ -84,7 +184,7 @@ class _Kriging:
         weights = cho_solve(factor, seen.value - jacobian @ change)
         nodes = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2)
         straight = np.tile([self.force, 0.0, 0.0], (len(nodes), 1))
-        of_numbers, shift = fit.jacobian_at(nodes, straight) / unsure.size, np.zeros(n)
+        of_numbers, shift = self._jacobian_at(nodes, straight) / unsure.size, np.zeros(n)
         if "offset" in fit.names:
             lifts = n * ("lift" in fit.names)  # which come after them
             own = slice(len(change) - lifts - n, len(change) - lifts)
@@ -102,6 +202,13 @@ class _Kriging:
             values[:, i] += scale[i] * (of_numbers[:, i] @ change + known @ weights)
             variance[:, i] = scale[i] ** 2 * left
         return values, variance, shift
+
+    def _jacobian_at(self, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """As `Fit.jacobian`, for loads on the finger, at `positions` of its own."""
+        forward, p = self.fit.forward, self.fit.p
+        out = turned(forward.turn(p)).T
+        on_motor = positions @ out + forward.origin(p, self.fit.origin)
+        return np.asarray(self.fit.jacobian(on_motor, np.column_stack([load[:, :1], load[:, 1:] @ out])))
 
     def response(self, finger: Finger) -> MeasuredResponse:
         """By all residuals, of all sensors of the `finger` found."""
