@@ -1,4 +1,8 @@
-"""How much of an estimate's load lies beyond the friction cone, friction being as uncertain as it is."""
+"""How much of an estimate's load lies beyond the friction cone, friction being as uncertain as it is.
+
+On an area the drag has two components, and so have its errors. There a moment about the normal takes from what friction
+holds of the drag, by the limit surface of the contact.
+"""
 
 from __future__ import annotations
 
@@ -12,56 +16,123 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
-from ._cone_area import AreaForces, area_forces, beyond_on_area
-from ._cone_kernel import EDGE, SURE, fill_cells
+from ._cone_kernel import CELL, EDGE, SURE, fill_beyond, fill_cells
+from .limit_surface import drag_held, effective_drag, friction_arm, moment_held
 
-__all__ = ["Forces", "beyond", "cells_beyond", "checked", "falling_root", "forces_of", "of_frames", "picked", "widths"]
+__all__ = [
+    "Forces", "beyond", "cells_beyond", "checked", "falling_root", "forces_of", "margin", "of_frames", "picked",
+    "widths",
+]  # fmt: skip
 
 BoolArray = npt.NDArray[np.bool_]
 
-_BLOCK = 1 << 18
+_BLOCK, _SURFACE_BLOCK = 1 << 18, 1 << 21
+
+
+def _hermite(count: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of Gauss and Hermite's rule for a standard normal variable."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(count)
+    return nodes, weights / weights.sum()
+
+
+_RULE, _FEW = _hermite(32), _hermite(12)
+"""Without a moment, and with one."""
 
 
 class Forces(NamedTuple):
-    """Normal and tangential force [N/m] and their covariance [(N/m)^2], each of the frames' shape."""
+    """The load of each frame and its errors: N and T [N/m]; on an area N, |T| and 0, the drag across it [N].
 
-    normal: FloatArray
-    tangential: FloatArray
-    nn: FloatArray
-    nt: FloatArray
-    tt: FloatArray
+    Where a moment was fitted too, |M| / (arm a) comes last, and `law` is the pressure of the contact that holds it.
+    `mean` has the shape (..., k), `covariance` (..., k, k).
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    law: str = ""
 
     @property
-    def numbers(self) -> tuple[FloatArray, ...]:
-        """All fields."""
-        return tuple(self)
+    def normal(self) -> FloatArray:
+        """N."""
+        return self.mean[..., 0]
+
+    @property
+    def tangential(self) -> FloatArray:
+        """T, on an area |T|."""
+        return self.mean[..., 1]
+
+    @property
+    def turning(self) -> FloatArray:
+        """The moment as a force."""
+        return self.mean[..., 3]
+
+    @property
+    def on_area(self) -> bool:
+        """Whether the drag has two components."""
+        return bool(self.mean.shape[-1] > 2)
+
+    @property
+    def turns(self) -> bool:
+        """Whether a moment was fitted."""
+        return bool(self.mean.shape[-1] > 3)
 
     def at(self, index: npt.NDArray[np.intp]) -> Forces:
         """The frames of a flat index."""
-        return Forces(*(v.reshape(-1)[index] for v in self))
+        k = self.mean.shape[-1]
+        return Forces(self.mean.reshape(-1, k)[index], self.covariance.reshape(-1, k, k)[index], self.law)
+
+    def with_(self, normal: FloatArray | None = None, tangential: FloatArray | None = None) -> Forces:
+        """Other loads with the same errors."""
+        mean = np.array(self.mean)
+        for column, values in enumerate((normal, tangential)):
+            if values is not None:
+                mean[..., column] = values
+        return self._replace(mean=mean)
 
 
-def forces_of(estimate: Estimate, contact: str = "hertz") -> tuple[Forces | AreaForces, BoolArray, BoolArray]:
+def forces_of(estimate: Estimate, contact: str = "hertz") -> tuple[Forces, BoolArray, BoolArray]:
     """The forces of each frame; whether their error is known; whether the estimator's own cone cut them off.
 
-    Readings are linear in (N, T), so that errors are Gaussian there. contact: whose friction arm divides a moment.
+    Readings are linear in forces, so that errors are Gaussian there. contact: whose friction arm divides a moment.
     """
     checked(estimate)
-    load, widest = estimate.load, estimate.friction
-    forces: Forces | AreaForces
-    if estimate.layout.dim == 2:
-        forces = area_forces(estimate, contact)
-    else:
-        square = np.asarray(load.covariance)
-        forces = Forces(load.normal, load.tangential, square[..., 1, 1], square[..., 1, 2], square[..., 2, 2])
+    at, widest = estimate.layout, estimate.friction
+    d, k = at.dim, 2 * at.dim + 1 + 2 * at.twist
+    square = estimate.table[..., at.square[d:k, d:k]]  # of the components, and the half width and the moment
+    load = Forces(np.asarray(estimate.load.components), np.asarray(square))
+    if d == 2:
+        load = _along_drag(estimate, load, contact)
     found = (estimate.status == Status.OK) | (estimate.status == Status.AMBIGUOUS)
     # where the estimator was told that there is no friction, the drag was not measured
-    known = np.isfinite(np.stack(forces.numbers)).all(axis=0)
-    told = found & known & (forces.tt > 0)
+    known = np.isfinite(load.mean).all(axis=-1) & np.isfinite(load.covariance).all(axis=(-2, -1))
+    told = found & known & (load.covariance[..., 1, 1] > 0)
     edge = np.zeros_like(told)
     if np.isfinite(widest):
-        edge = found & (np.abs(forces.tangential) >= widest * forces.normal * (1 - EDGE))
-    return forces, told, edge
+        edge = found & (np.abs(load.tangential) >= widest * load.normal * (1 - EDGE))
+    return load, told, edge
+
+
+def _along_drag(estimate: Estimate, load: Forces, contact: str) -> Forces:
+    """The same in axes along the drag that was found and across it; a moment as a force.
+
+    The moment is divided by the friction arm of a `contact` as wide as was found, whose error is carried along. Where
+    the width may be 0 the moment's error is infinite.
+    """
+    moment, parts = estimate.load.moment, load.mean
+    drag = np.hypot(parts[..., 1], parts[..., 2])
+    known = drag > 0
+    y, z = (np.where(known, parts[..., k] / np.where(known, drag, 1.0), 2.0 - k) for k in (1, 2))
+    mean = np.stack([parts[..., 0], drag, np.zeros_like(drag)], axis=-1)
+    turn = np.zeros((*drag.shape, 3 if moment is None else 4, load.covariance.shape[-1]))
+    turn[..., 0, 0] = 1.0
+    turn[..., 1, 1], turn[..., 1, 2], turn[..., 2, 1], turn[..., 2, 2] = y, z, -z, y
+    if moment is None:
+        return Forces(mean, turn @ load.covariance @ np.swapaxes(turn, -1, -2))
+    arm, width = friction_arm(contact), np.where(estimate.half_width > 0, estimate.half_width, np.inf)
+    turning = np.abs(moment) / (arm * width)
+    turn[..., 3, 3], turn[..., 3, 4] = -turning / width, np.where(moment < 0, -1.0, 1.0) / (arm * width)
+    covariance = turn @ load.covariance @ np.swapaxes(turn, -1, -2)
+    covariance[..., 3, 3] = np.where(estimate.half_width_interval[..., 0] > 0, covariance[..., 3, 3], np.inf)
+    return Forces(np.concatenate([mean, turning[..., None]], axis=-1), covariance, contact)
 
 
 def checked(estimate: Estimate) -> Estimate:
@@ -78,21 +149,21 @@ def checked(estimate: Estimate) -> Estimate:
     return estimate
 
 
-def widths(load: Forces, mu: FloatArray, side: float) -> FloatArray:
+def widths(load: Forces, mu: FloatArray, side: FloatArray | float) -> FloatArray:
     """Standard deviation of side T - mu N, for `mu` of the frames' shape and one axis more."""
-    nn, nt, tt = load.nn[..., None], load.nt[..., None], load.tt[..., None]
-    square = tt - 2 * side * mu * nt + mu * mu * nn
+    c = load.covariance[..., None]
+    square = c[..., 1, 1, :] - 2 * side * mu * c[..., 0, 1, :] + mu * mu * c[..., 0, 0, :]
     floor = 1e-12 * (np.abs(load.tangential)[..., None] + mu * np.abs(load.normal)[..., None]) + 1e-300
     return np.asarray(np.sqrt(np.maximum(square, floor * floor)))
 
 
 def cells_beyond(load: Forces, edges: FloatArray, scale: FloatArray | None = None) -> FloatArray:
-    """P(|T| > scale mu N), its mean over mu in each cell; edges (frames or 1, k + 1), result (frames, k)."""
+    """P(|T| > scale mu N) of a row, its mean over mu in each cell; edges (frames or 1, k + 1), result (frames, k)."""
     total = np.empty((load.normal.size, edges.shape[-1] - 1))
     factor = np.ones(load.normal.size) if scale is None else scale
     # copies are alike in memory, whatever they are of: the loop is compiled once
-    fill_cells(*(np.array(v, order="C") for v in (*load, edges, factor)), total)
-    unsure = np.flatnonzero(load.normal < SURE * np.sqrt(np.maximum(load.nn, 0.0)))
+    fill_cells(*(np.array(v, order="C") for v in (*load[:2], edges, factor)), total)
+    unsure = np.flatnonzero(load.normal < SURE * np.sqrt(np.maximum(load.covariance[:, 0, 0], 0.0)))
     if unsure.size:
         both = _both(load.at(unsure), factor[unsure, None] * picked(edges, unsure))
         total[unsure] = np.maximum(total[unsure] - both, 0.0)
@@ -108,7 +179,8 @@ def _both(load: Forces, edges: FloatArray) -> FloatArray:
     normal, tangential = load.normal[..., None], load.tangential[..., None]
     h, k = (tangential - mu * normal) / one, (-tangential - mu * normal) / two
     h, k = np.where(h == 0, 1e-300, h), np.where(k == 0, 1e-300, k)
-    shared = np.clip((mu * mu * load.nn[..., None] - load.tt[..., None]) / (one * two), -1 + 1e-15, 1 - 1e-15)
+    shared = mu * mu * load.covariance[..., 0, 0, None] - load.covariance[..., 1, 1, None]
+    shared = np.clip(shared / (one * two), -1 + 1e-15, 1 - 1e-15)
     rest = np.sqrt((1 - shared) * (1 + shared))
     with np.errstate(over="ignore"):
         turns = owens_t(h, (k - shared * h) / (h * rest)) + owens_t(k, (h - shared * k) / (k * rest))
@@ -116,22 +188,101 @@ def _both(load: Forces, edges: FloatArray) -> FloatArray:
     return np.asarray(np.clip(both, 0.0, np.minimum(ndtr(h), ndtr(k))))
 
 
-def beyond(load: Forces | AreaForces, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLike = 1.0) -> FloatArray:
-    """P(|T| > scale mu N) over the errors of (N, T) and the density of mu, shape (frames,).
+def beyond(load: Forces, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLike = 1.0) -> FloatArray:
+    """P(|T| > scale mu N) over the errors of the load and the density of mu, shape (frames,).
 
-    load and scale (frames,); edges (frames or 1, k + 1), masses (frames or 1, k).
+    load and scale (frames,); edges (frames or 1, k + 1), masses (frames or 1, k). On an area Gauss and Hermite's rule
+    over the drag across and over N, the normal distribution's tails for the drag along, Gauss and Legendre's rule over
+    mu in each cell. With a moment the limit surface takes the place of mu N.
     """
-    frames, cells = load.normal.size, masses.shape[-1]
+    frames = load.normal.size
     factor = np.broadcast_to(np.asarray(scale, dtype=np.float64), (frames,))
-    if isinstance(load, AreaForces):
-        return beyond_on_area(load, edges, masses, factor)
     out = np.empty(frames)
-    step = max(1, _BLOCK // cells)
-    for first in range(0, frames, step):
-        part = slice(first, first + step)
-        ends, weights = (v if v.shape[0] == 1 else v[part] for v in (edges, masses))
-        out[part] = (cells_beyond(Forces(*(v[part] for v in load)), ends, factor[part]) * weights).sum(axis=-1)
+    if load.turns:
+        return _beyond_surface(load, edges, masses, factor)
+    if load.on_area:
+        given = (*load[:2], edges, masses, factor, *_RULE)
+        fill_beyond(*(np.array(v, dtype=np.float64, order="C") for v in given), out)  # compiled for what can be written
+        return out
+    every = np.arange(frames)
+    for index in np.split(every, every[:: max(1, _BLOCK // masses.shape[-1])][1:]):
+        cells = cells_beyond(load.at(index), picked(edges, index), factor[index])
+        out[index] = (cells * picked(masses, index)).sum(axis=-1)
     return out
+
+
+def margin(load: Forces, mean: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What is left of mu N by the drag that counts, its standard deviation, and that drag over mu N; all (frames,).
+
+    mean, std: of mu. Of loads on an area.
+    """
+    whole, slope = _steepness(load)
+    slope[:, 0] = -mean
+    square = np.einsum("fi,fij,fj->f", slope, load.covariance, slope)
+    n = load.normal
+    with np.errstate(divide="ignore", invalid="ignore"):  # without friction, or without a force
+        ratio = whole / (mean * n)
+    square = square + std**2 * (n * n + load.covariance[:, 0, 0])
+    return mean * n - whole, np.sqrt(np.maximum(square, 0.0)), ratio
+
+
+def _steepness(load: Forces) -> tuple[FloatArray, FloatArray]:
+    """The drag alone that is as near to slipping (frames,), and how it grows with the load (frames, k)."""
+    slope = np.zeros_like(load.mean)
+    if not load.turns:
+        slope[:, 1] = 1.0
+        return load.tangential, slope
+    t, m = load.tangential, load.turning
+    whole = effective_drag(t, m, load.law)
+    h = 1e-3 * whole + 1e-300
+    for column, dt, dm in ((1, h, 0 * h), (3, 0 * h, h)):
+        up, down = (effective_drag(np.abs(t + sign * dt), np.abs(m + sign * dm), load.law) for sign in (1, -1))
+        slope[:, column] = (up - down) / (2 * h)
+    return whole, slope
+
+
+def _beyond_surface(load: Forces, edges: FloatArray, masses: FloatArray, scale: FloatArray) -> FloatArray:
+    """As `beyond`, of a drag and a moment: tails along that of the two whose error counts more.
+
+    Gauss and Hermite's rule over the other, over the drag across, and over N.
+    """
+    slope = _steepness(load)[1]
+    error = slope**2 * np.diagonal(load.covariance, axis1=1, axis2=2)
+    by_moment = error[:, 3] > error[:, 1]
+    out = np.empty(load.normal.size)
+    for tails, frames in ((True, np.flatnonzero(by_moment)), (False, np.flatnonzero(~by_moment))):
+        step = max(1, _SURFACE_BLOCK // (2 * masses.shape[-1] * _FEW[0].size ** 3))
+        for first in range(0, frames.size, step):
+            at = frames[first : first + step]
+            out[at] = _tails(load.at(at), picked(edges, at), picked(masses, at), scale[at], tails)
+    return np.clip(out, 0.0, 1.0)
+
+
+def _tails(load: Forces, edges: FloatArray, masses: FloatArray, scale: FloatArray, by_moment: bool) -> FloatArray:
+    """The part of `_beyond_surface` whose tails are along the moment, or along the drag."""
+    from scipy.special import ndtr
+
+    order, each = [1, 2, 0, 3] if by_moment else [3, 2, 0, 1], np.arange(4)
+    size = 1e-12 * np.abs(load.mean).sum(axis=-1, keepdims=True)
+    square = load.covariance[:, order][:, :, order]
+    square[:, each, each] = square[:, each, each] * (1 + 1e-12) + size**2 + 1e-300
+    root = np.linalg.cholesky(square)
+    grid = np.stack(np.meshgrid(*3 * [_FEW[0]], indexing="ij")).reshape(3, -1)
+    share = np.einsum("i,j,k->ijk", *3 * [_FEW[1]]).reshape(-1)
+    moved = root[:, :, :3] @ grid
+    first, across, normal, own = np.moveaxis(load.mean[:, order, None] + moved, 1, 0)
+    half, width = 0.5 * (edges[:, :-1] + edges[:, 1:]), np.diff(edges, axis=-1)
+    total, spread = np.zeros(load.normal.size), root[:, None, 3, 3, None]
+    for node in (-CELL, CELL):
+        hold = (scale[:, None] * (half + node * width))[..., None] * np.maximum(normal, 0.0)[:, None]
+        if by_moment:
+            cut = moment_held(hold, np.hypot(first, across)[:, None], load.law)
+        else:
+            held = drag_held(hold, np.abs(first)[:, None], load.law)
+            cut = np.sqrt(np.maximum(held**2 - across[:, None] ** 2, 0.0))
+        p = ndtr((own[:, None] - cut) / spread) + ndtr((-own[:, None] - cut) / spread)
+        total += 0.5 * np.einsum("fkg,fk,g->f", p, np.broadcast_to(masses, p.shape[:2]), share)
+    return total
 
 
 def falling_root(

@@ -1,4 +1,7 @@
-"""How much of a Gaussian load lies beyond the friction cone, cell by cell of the density of mu: compiled loops."""
+"""How much of a Gaussian load lies beyond the friction cone: compiled loops.
+
+Of a drag with one component cell by cell of the density of mu; with two, by rules over the drag across and over N.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,18 @@ from .._compiled import compiled
 from ..estimate import Status
 from .verdict import SlipVerdict
 
-__all__ = ["CUT_OFF", "EDGE", "JUDGED", "SURE", "UNSURE", "VERDICT", "fill_cells", "judge_frames"]
+__all__ = [
+    "CELL",
+    "CUT_OFF",
+    "EDGE",
+    "JUDGED",
+    "SURE",
+    "UNSURE",
+    "VERDICT",
+    "fill_beyond",
+    "fill_cells",
+    "judge_frames",
+]
 
 EDGE = 1e-6
 """Share of the cone within which a load lies on its edge."""
@@ -31,6 +45,12 @@ _SURELY = 39.0
 """Beyond this Phi is 0, and the density too, to the last bit that a float has."""
 _FAR = 10.0
 """Squares of z that differ by the square of this: Phi of one is less than the last bit of the other's."""
+_CERTAIN = 8.3
+"""Standard deviations beyond which a load on an area slips, or holds, for certain: the rest is 5e-17."""
+_LIGHT = 1e-14
+"""Weights of the rule below which its nodes are passed over: all of them together are 1e-11."""
+CELL = 0.5 / math.sqrt(3.0)
+"""Gauss and Legendre's two nodes in a cell of the density of mu, from its middle, in widths of the cell."""
 _CLOSE = 0.02
 """Ends of a cell so close together that a series serves where differences would lose digits."""
 
@@ -125,14 +145,14 @@ def _fill(
 
 
 @compiled(exact=True)
-def fill_cells(
-    normal: FloatArray, tangential: FloatArray, nn: FloatArray, nt: FloatArray, tt: FloatArray,
-    edges: FloatArray, scale: FloatArray, out: FloatArray,
-) -> None:  # fmt: skip
-    """P(T > mu N) + P(-T > mu N), its mean over mu in each cell; edges (frames or 1, k + 1), out (frames, k)."""
+def fill_cells(mean: FloatArray, covariance: FloatArray, edges: FloatArray, scale: FloatArray, out: FloatArray) -> None:
+    """P(T > mu N) + P(-T > mu N), its mean over mu in each cell; edges (frames or 1, k + 1), out (frames, k).
+
+    mean (frames, 2), covariance (frames, 2, 2): of N and T.
+    """
     for i in range(out.shape[0]):
-        row = edges[min(i, edges.shape[0] - 1)]
-        _fill(normal[i], tangential[i], nn[i], nt[i], tt[i], row, scale[i], out[i])
+        row, c = edges[min(i, edges.shape[0] - 1)], covariance[i]
+        _fill(mean[i, 0], mean[i, 1], c[0, 0], c[0, 1], c[1, 1], row, scale[i], out[i])
 
 
 @compiled(exact=True)
@@ -171,3 +191,62 @@ def judge_frames(
         out[i, UNSURE] = n < SURE * math.sqrt(nn)
         if table[i, c_status] == _OK:
             out[i, VERDICT] = (total >= limits[0]) + (total >= limits[1])
+
+
+@compiled(inline=True, exact=True)
+def _above(z: float) -> float:
+    """Phi(z)."""
+    return 0.5 * math.erfc(-_HALF * z) if z > -_CERTAIN else 0.0
+
+
+@compiled(exact=True)
+def fill_beyond(
+    mean: FloatArray, covariance: FloatArray, edges: FloatArray, masses: FloatArray, scale: FloatArray,
+    nodes: FloatArray, weights: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """P(|T| > scale mu N) of each frame on an area; edges (frames or 1, k + 1), masses alike.
+
+    mean (frames, 3), covariance (frames, 3, 3): of N, the drag along what was found, and the drag across it;
+    nodes and weights are those of Gauss and Hermite's rule, for the drag across and for N; the drag along has the
+    normal distribution's tails, and mu Gauss and Legendre's rule in each cell. The more friction, the less slips: of
+    the cells only those are looked at in which it is not certain.
+    """
+    for f in range(out.size):
+        row = min(f, edges.shape[0] - 1)
+        ends, mass = edges[row], masses[row]
+        n, t, c = mean[f, 0], mean[f, 1], covariance[f]
+        nn, nt, tt, nc, tc, cc = c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2], c[2, 2]
+        share = nc / cc if cc > 0 else 0.0
+        turn = tc / cc if cc > 0 else 0.0
+        rest_nn, rest_nt, rest_tt = nn - share * nc, nt - share * tc, tt - turn * tc
+        floor = 1e-24 * (n * n + t * t) + 1e-300
+        lean = rest_nt / rest_nn if rest_nn > floor else 0.0
+        spread = math.sqrt(max(rest_tt - lean * rest_nt, floor))
+        root, wide = math.sqrt(max(cc, 0.0)), math.sqrt(max(rest_nn, 0.0))
+        total = 0.0
+        for i in range(nodes.size):
+            across = root * nodes[i]
+            square = across * across
+            for j in range(nodes.size):
+                weight = weights[i] * weights[j]
+                if weight < _LIGHT:
+                    continue
+                normal = scale[f] * max(n + share * across + wide * nodes[j], 0.0)
+                middle = abs(t + turn * across + lean * (wide * nodes[j]))
+                slides, holds = middle - _CERTAIN * spread, middle + _CERTAIN * spread
+                least = square + slides * slides if slides > 0 else -1.0
+                most = square + holds * holds
+                slipped = 0.0
+                for k in range(mass.size):
+                    low, high = normal * ends[k], normal * ends[k + 1]
+                    if high * high <= least or normal == 0:
+                        slipped += mass[k]
+                        continue
+                    if low * low >= most:
+                        break
+                    for side in (-1.0, 1.0):
+                        hold = 0.5 * (low + high) + side * CELL * (high - low)
+                        cut = math.sqrt(max(hold * hold - square, 0.0))
+                        slipped += 0.5 * mass[k] * (_above((middle - cut) / spread) + _above((-middle - cut) / spread))
+                total += weight * slipped
+        out[f] = min(max(total, 0.0), 1.0)

@@ -14,8 +14,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate
-from ._cone import Forces, forces_of, of_frames, picked
-from ._learning import check_possible, posterior
+from ._cone import Forces, cells_beyond, forces_of, of_frames, picked, widths
 
 __all__ = ["Friction", "density_of", "friction_of", "rows_of"]
 
@@ -23,6 +22,8 @@ _CELLS = 64
 _NORMAL_REACH = 6.0
 _LOST = 1e-12
 """Mass at either end that a narrower grid may leave out."""
+_APART = 6.0
+"""Standard deviations beyond all that was believed at which something seen is refused."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,10 +243,10 @@ class Friction(Frozen):
         loads = [(*self._events(e), slid) for e, slid in events]
         edges, before = (np.array(v) for v in self._rows())
         for load, tells, slid in loads:
-            check_possible(load, tells, slid, edges)
+            _check_possible(load, tells, slid, edges)
         masses = before
         for _ in range(6):
-            masses = posterior(edges, before, loads)
+            masses = _posterior(edges, before, loads)
             ends = np.array([_kept(e, m) for e, m in zip(edges, masses, strict=True)])
             narrow = (ends[:, 1] - ends[:, 0] < 0.5 * (edges[:, -1] - edges[:, 0])) & (ends[:, 0] < ends[:, 1])
             if not narrow.any():
@@ -260,7 +261,7 @@ class Friction(Frozen):
     def _events(self, estimate: Estimate) -> tuple[Forces, npt.NDArray[np.bool_]]:
         """Loads and which of them tell, shape (frictions, events)."""
         load, told, edge = forces_of(estimate)
-        if not isinstance(load, Forces):
+        if load.on_area:
             rule = "friction is learned from loads with one component of drag"
             raise InvalidValueError("an estimate on an area", rule, "Friction.between(0.4, 0.8)")
         if estimate.shape[: len(self.shape)] != self.shape:
@@ -270,7 +271,9 @@ class Friction(Frozen):
                 "one friction for all: Friction.between(0.4, 0.8)",
             )
         rows = int(np.prod(self.shape, dtype=np.intp))
-        return Forces(*(v.reshape(rows, -1) for v in load)), (told & ~edge).reshape(rows, -1)
+        return Forces(load.mean.reshape(rows, -1, 2), load.covariance.reshape(rows, -1, 2, 2)), (told & ~edge).reshape(
+            rows, -1
+        )
 
 
 def _quantile(edges: FloatArray, masses: FloatArray, p: FloatArray) -> FloatArray:
@@ -312,3 +315,65 @@ def density_of(
     """Edges and masses for the frames of a flat index, (frames, ...), or the one row that serves all, (1, ...)."""
     edges, masses, _ = rows_of(friction, shape)
     return picked(edges, index), picked(masses, index)
+
+
+def _posterior(
+    edges: FloatArray, before: FloatArray, loads: list[tuple[Forces, npt.NDArray[np.bool_], bool]]
+) -> FloatArray:
+    """Masses after the events, shape (frictions, k)."""
+    with np.errstate(divide="ignore"):
+        logs = np.log(before)
+        for load, tells, slid in loads:
+            for event in range(tells.shape[1]):
+                some = tells[:, event, None]
+                mean, covariance = load.mean[:, event], load.covariance[:, event]
+                here = Forces(np.where(some, mean, 1.0), np.where(some[..., None], covariance, 1.0))
+                seen = _slip_density(here, edges) if slid else np.maximum(1 - cells_beyond(here, edges), 0.0)
+                logs = logs + np.where(some, np.log(seen), 0.0)
+    top = logs.max(axis=-1, keepdims=True)
+    if not np.isfinite(top).all():
+        row = int(np.argmin(np.isfinite(top[:, 0])))
+        raise InvalidValueError(
+            f"slips and holds that no one friction from {edges[row, 0]:.3g} to {edges[row, -1]:.3g} would show",
+            "what was seen has to be possible under what was believed",
+            "a wider range, or the status and the noise of the estimates",
+        )
+    masses = np.exp(logs - top)
+    return np.asarray(masses / masses.sum(axis=-1, keepdims=True))
+
+
+def _check_possible(load: Forces, tells: npt.NDArray[np.bool_], slid: bool, edges: FloatArray) -> None:
+    """Raise where a slip or a hold lies more than _APART standard deviations from all that was believed."""
+    for mu, steeper in ((edges[:, -1:], True), *([(edges[:, :1], False)] if slid else [])):
+        away = np.abs(load.tangential) - mu * load.normal
+        spread = widths(load, mu[..., None], np.sign(load.tangential)[..., None])[..., 0]
+        with np.errstate(invalid="ignore"):
+            bad = tells & ((away if steeper else -away) > _APART * spread + 1e-9 * np.abs(load.tangential))
+        if bad.any():
+            row, event = (int(i) for i in np.argwhere(bad)[0])
+            seen = abs(load.tangential[row, event]) / load.normal[row, event]
+            raise InvalidValueError(
+                f"a {'slip' if slid else 'hold'} at |T|/N = {seen:.3g}",
+                f"no friction from {edges[row, 0]:.3g} to {edges[row, -1]:.3g} would show it, "
+                f"to {_APART:g} standard deviations",
+                "a wider range, or a look at the status and the noise of the estimates",
+            )
+
+
+def _slip_density(load: Forces, edges: FloatArray) -> FloatArray:
+    """Mean over each cell of mu of the density of what was measured, had it slid: T = mu N to either side, any N."""
+    from scipy.special import ndtr
+
+    total: FloatArray = np.zeros(())
+    for side in (1.0, -1.0):
+        spread = widths(load, edges, side)
+        z = (side * load.tangential[..., None] - edges * load.normal[..., None]) / spread
+        low, high = z[..., 1:], z[..., :-1]
+        # from the nearer tail, so that small differences keep their digits
+        flip = np.where(low + high > 0, -1.0, 1.0)
+        a, b = np.minimum(flip * low, flip * high), np.maximum(flip * low, flip * high)
+        close = b - a < 1e-6
+        bell = np.exp(-0.5 * np.minimum(np.abs(0.5 * (a + b)), 40.0) ** 2) / np.sqrt(2 * np.pi)
+        mean = np.where(close, bell, (ndtr(b) - ndtr(a)) / np.where(close, 1.0, b - a))
+        total = total + mean / (0.5 * (spread[..., 1:] + spread[..., :-1]))
+    return np.asarray(total)

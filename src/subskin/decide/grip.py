@@ -81,15 +81,18 @@ def least_force(
     out = np.full(told.size, np.nan)
     index = np.flatnonzero(told & ~edge)
     if index.size:
-        load = load._replace(tangential=load.tangential + change, tt=load.tt + spread**2).at(index)
+        covariance = np.array(load.covariance)
+        covariance[..., 1, 1] += spread**2
+        load = load.with_(tangential=load.tangential + change)._replace(covariance=covariance).at(index)
         edges, masses = density_of(mu, shape, index)
 
         def excess(normal: FloatArray, at: npt.NDArray[np.intp]) -> FloatArray:
-            slips = beyond(load.at(at)._replace(normal=normal), picked(edges, at), picked(masses, at))
+            slips = beyond(load.at(at).with_(normal), picked(edges, at), picked(masses, at))
             # tails are nearly straight in the logarithm
             return np.asarray(np.log(np.maximum(slips, 1e-300)) - np.log(bound))
 
-        out[index] = _falls_below(excess, np.abs(load.tangential) + np.sqrt(load.tt) + np.sqrt(load.nn))
+        spreads = np.sqrt(np.diagonal(load.covariance, axis1=1, axis2=2)[:, :2]).sum(axis=-1)
+        out[index] = _falls_below(excess, np.abs(load.tangential) + spreads)
     return _check.read_only(out.reshape(shape))
 
 

@@ -18,8 +18,7 @@ from ..estimate import Estimate, Layout, Status
 from ..estimate.shown import Shown, in_html, in_words
 from ..pressing import Indenter
 from ..skin import Skin
-from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, picked
-from ._cone_area import AreaForces, margin_on_area
+from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, margin, picked
 from ._cone_kernel import CUT_OFF, JUDGED, UNSURE, VERDICT, judge_frames
 from .friction import Friction, density_of, friction_of, rows_of
 from .limit_surface import friction_arm
@@ -127,8 +126,7 @@ class Slip(Frozen):
         n, t = _check.real("normal", normal), _check.real("tangential", tangential)
         n, t = (np.broadcast_to(part, _check.broadcast(normal=n, tangential=t)) for part in (n, t))
         own = forces_of(self.estimate, self.contact)[0].at(np.repeat(index, n.size))
-        forces = own._replace(normal=n.ravel(), tangential=t.ravel())
-        values = beyond(forces, *density_of(self.friction, self.shape, index))
+        values = beyond(own.with_(n.ravel(), t.ravel()), *density_of(self.friction, self.shape, index))
         return _check.read_only(values.reshape(n.shape))
 
     @cached_property
@@ -136,7 +134,7 @@ class Slip(Frozen):
         """Moment over the largest that friction holds without a drag, |M| / (arm mu N a); NaN where it is not known."""
         if self.estimate.load.moment is None:
             return _check.read_only(np.full(self.shape, np.nan))
-        load: Any = forces_of(self.estimate, self.contact)[0]
+        load = forces_of(self.estimate, self.contact)[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(np.isnan(self.probability), np.nan, load.turning / (self.friction.mean * load.normal))
         return _check.read_only(share)
@@ -271,12 +269,12 @@ def _judge_area(
     index = np.flatnonzero(told & (load.normal.reshape(-1) > 0) & ~(edge & (estimate.friction < most)))
     if not index.size:
         return
-    part: Any = load.at(index)
+    part = load.at(index)
     n, t = part.normal, part.tangential
     mean, std, _ = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0)
     total = beyond(part, picked(edges, index), picked(masses, index))
-    margin, margin_std, ratio = margin_on_area(part, mean, std)
-    rows[index, :6] = np.stack([n, t, margin, margin_std, total, ratio], axis=-1)
+    left, left_std, ratio = margin(part, mean, std)
+    rows[index, :6] = np.stack([n, t, left, left_std, total, ratio], axis=-1)
     ok = estimate.status.reshape(-1)[index] == Status.OK
     rows[index[ok], VERDICT] = np.searchsorted(limits, total[ok], side="right")
 
@@ -298,7 +296,7 @@ def _thresholds(values: Any) -> FloatArray:
     return pair
 
 
-def _ratio_at(load: Forces | AreaForces, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
+def _ratio_at(load: Forces, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
     """The r for which |T| > r mu N with a probability, shape (frames,)."""
 
     def f(logarithm: FloatArray, index: npt.NDArray[np.intp]) -> FloatArray:

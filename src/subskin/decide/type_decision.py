@@ -16,11 +16,11 @@ from ..errors import InvalidValueError
 from ..estimate.area.locator import search_of
 from ..estimate.estimate import FrameTable, Status, unit_column
 from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind, columns
+from ..estimate.locate import row_locator
 from ..estimate.shown import Shown
 from ..finger import Finger, finger_needed
 from ..loads import Load
 from ..prepared import prepared
-from ._elsewhere import beyond_search
 
 __all__ = ["UNDECIDED", "TypeDecision", "contact_type", "usual_kinds"]
 
@@ -28,6 +28,8 @@ UNDECIDED = -1
 """In place of a kind's number where no kind is probable enough."""
 _AMBIGUITY = 13.8
 """A load beyond the search whose chi-square is within this of the kind's speaks against it, as in `locate`."""
+_SEARCHED, _FARTHEST = 0.5, 8.0
+"""Depths beside the row: up to which kinds are searched, and up to which a load is thought of, as in `locate`."""
 
 _WEDGE, _PUNCH, _HERTZ = 6**0.5, 2**0.5, 4**0.5
 """Half width over that root: the second moment is a^2/6, a^2/2, a^2/4 (docs/deciding.md)."""
@@ -351,7 +353,10 @@ def contact_type(
     if on_area and finger.measured is not None:
         rule = "a response measured in place knows the contact of its touches alone"
         raise InvalidValueError("the kind of a contact", rule, "finger.locate(readings)")
-    ends = None if search is None else search_of(finger.array, search)[0] if on_area else _ends(search)
+    ends: Any = None
+    if search is not None:
+        fix = "search=(-5e-3, 5e-3)"
+        ends = search_of(finger.array, search)[0] if on_area else _check.ends("search", search, fix)
     mu, alarm = _check.values(friction=friction, false_alarm=false_alarm).values()
 
     def make() -> Evidence | AreaEvidence:
@@ -369,18 +374,18 @@ def contact_type(
 
 
 def _looked_around(finger: Finger, said: TypeDecision, readings: npt.ArrayLike) -> TypeDecision:
-    """The same, AMBIGUOUS where a load beyond the search explains a frame about as well as its kind."""
+    """The same, AMBIGUOUS where a line load beyond the search explains a frame about as well as its kind."""
     asked = (said.status == Status.OK) & np.isfinite(said.residual)
-    if not asked.any():
+    y, deepest = np.asarray(finger.array.y), float(np.max(finger.array.depth))
+    near = _SEARCHED * deepest
+    # about a finger that is round, what is far off comes back
+    far = min(_FARTHEST * deepest, 0.5 * (finger.skin.period - float(np.ptp(y))))
+    if not asked.any() or not far > near:
         return said
     frames = np.where(said.used, _check.readings(readings), np.nan)[asked]
+    sides = ((y.min() - far, y.min() - near), (y.max() + near, y.max() + far))
+    left = [row_locator(finger, search=side, friction=said.friction)(frames).residual for side in sides]
     table = np.array(said.table)
-    status = table[..., columns.STATUS]
-    status[asked] = np.where(
-        beyond_search(finger, frames, said.friction) <= said.residual[asked] + _AMBIGUITY, Status.AMBIGUOUS, Status.OK
-    )
+    rival = np.fmin(*left) <= said.residual[asked] + _AMBIGUITY
+    table[asked, columns.STATUS] = np.where(rival, Status.AMBIGUOUS, Status.OK)
     return replace(said, table=table)
-
-
-def _ends(search: Any) -> Any:
-    return _check.ends("search", search, "search=(-5e-3, 5e-3)")
