@@ -15,27 +15,19 @@ from ..estimate import Status
 from .verdict import SlipVerdict
 
 __all__ = [
-    "CELL",
-    "CUT_OFF",
-    "EDGE",
-    "JUDGED",
-    "SURE",
-    "UNSURE",
-    "VERDICT",
-    "fill_beyond",
-    "fill_cells",
-    "judge_frames",
-]
+    "CELL", "CUT_OFF", "EDGE", "JUDGED", "MARGIN", "MARGIN_STD", "NORMAL", "PROBABILITY", "RATIO", "SURE", "TANGENTIAL",
+    "UNSURE", "VERDICT", "fill_beyond", "fill_cells", "judge_frames",
+]  # fmt: skip
 
 EDGE = 1e-6
 """Share of the cone within which a load lies on its edge."""
 SURE = 8.0
 """Standard deviations from 0 at which a normal force is taken to press for certain: the rest is 6e-16."""
 
+NORMAL, TANGENTIAL, MARGIN, MARGIN_STD, PROBABILITY, RATIO, VERDICT, CUT_OFF, UNSURE = range(9)
+"""Columns that are filled, by name. The load lies on the edge of the estimator's own cone: cut off. It may pull, and so
+be counted twice: unsure."""
 JUDGED = 9
-"""Columns that are filled: N, T, margin, its standard deviation, probability, ratio, and what follows."""
-VERDICT, CUT_OFF, UNSURE = 6, 7, 8
-"""Columns: the verdict; the load lies on the edge of the estimator's own cone; it may pull, and so be counted twice."""
 
 _OK, _AMBIGUOUS, _CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipVerdict.CANNOT_TELL)
 
@@ -166,9 +158,9 @@ def judge_frames(
     3) mean, standard deviation and upper end of mu; limits the two thresholds; out (frames, JUDGED).
     """
     cells = np.empty(masses.shape[1])
-    normal, c_nn, c_nt, c_tt, c_status = columns
+    c_n, c_nn, c_nt, c_tt, c_status = columns
     for i in range(out.shape[0]):
-        n, t, nn, nt, tt = table[i, normal], table[i, normal + 1], table[i, c_nn], table[i, c_nt], table[i, c_tt]
+        n, t, nn, nt, tt = table[i, c_n], table[i, c_n + 1], table[i, c_nn], table[i, c_nt], table[i, c_tt]
         row = min(i, edges.shape[0] - 1)
         mean, std, most = facts[row]
         found = table[i, c_status] == _OK or table[i, c_status] == _AMBIGUOUS
@@ -185,9 +177,10 @@ def judge_frames(
         for k in range(cells.size):
             total += min(cells[k], 1.0) * masses[row, k]
         across = tt - 2 * mean * math.copysign(1.0, t) * nt + mean * mean * nn
-        out[i, 0], out[i, 1], out[i, 2], out[i, 4] = n, t, mean * n - abs(t), total
-        out[i, 3] = math.sqrt(max(across + std * std * (n * n + nn), 0.0))
-        out[i, 5] = abs(t) / (mean * n) if t != 0 else 0.0
+        out[i, NORMAL], out[i, TANGENTIAL], out[i, MARGIN] = n, t, mean * n - abs(t)
+        out[i, PROBABILITY] = total
+        out[i, MARGIN_STD] = math.sqrt(max(across + std * std * (n * n + nn), 0.0))
+        out[i, RATIO] = abs(t) / (mean * n) if t != 0 else 0.0
         out[i, UNSURE] = n < SURE * math.sqrt(nn)
         if table[i, c_status] == _OK:
             out[i, VERDICT] = (total >= limits[0]) + (total >= limits[1])

@@ -19,7 +19,7 @@ from ..estimate.shown import Shown, in_html, in_words
 from ..pressing import Indenter
 from ..skin import Skin
 from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, margin, picked
-from ._cone_kernel import CUT_OFF, JUDGED, UNSURE, VERDICT, judge_frames
+from ._cone_kernel import CUT_OFF, JUDGED, PROBABILITY, RATIO, UNSURE, VERDICT, judge_frames
 from .friction import Friction, density_of, friction_of, rows_of
 from .limit_surface import friction_arm
 from .stick import checked_contact, stick_share, stick_zone
@@ -242,9 +242,9 @@ def slip(
         judge_frames(table.reshape(-1, table.shape[-1]), columns, estimate.friction, *every, limits, rows)
     if rows.item(0, UNSURE) if len(rows) == 1 else rows[:, UNSURE].any():
         index = np.flatnonzero(rows[:, UNSURE])
-        rows[index, 4] = beyond(forces_of(estimate)[0].at(index), *(picked(v, index) for v in every[:2]))
+        rows[index, PROBABILITY] = beyond(forces_of(estimate)[0].at(index), *(picked(v, index) for v in every[:2]))
         sure = rows[index, VERDICT] != SlipVerdict.CANNOT_TELL
-        rows[index[sure], VERDICT] = np.searchsorted(limits, rows[index[sure], 4], side="right")
+        rows[index[sure], VERDICT] = np.searchsorted(limits, rows[index[sure], PROBABILITY], side="right")
     judged.setflags(write=False)
     made = {name: judged[..., column] for column, name in enumerate(_COLUMNS)}
     made["at_edge"], made["verdict"] = rows[:, CUT_OFF] != 0, rows[:, VERDICT].astype(np.int8)
@@ -274,7 +274,7 @@ def _judge_area(
     mean, std, _ = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0)
     total = beyond(part, picked(edges, index), picked(masses, index))
     left, left_std, ratio = margin(part, mean, std)
-    rows[index, :6] = np.stack([n, t, left, left_std, total, ratio], axis=-1)
+    rows[index, : RATIO + 1] = np.stack([n, t, left, left_std, total, ratio], axis=-1)
     ok = estimate.status.reshape(-1)[index] == Status.OK
     rows[index[ok], VERDICT] = np.searchsorted(limits, total[ok], side="right")
 
