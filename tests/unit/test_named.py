@@ -19,7 +19,6 @@ RECORDS = {"fit", "fits", "found", "options", "row", "settings", "state", "told"
 """Of these no part is alike: every number stands for a name."""
 
 TO_DO = {
-    "decide/_cone_kernel.py",
     "design/placement/_area_kernel.py",
     "design/placement/_bounds_kernel.py",
     "design/placement/_kernel.py",
