@@ -12,8 +12,8 @@ import pytest
 import subskin as ss
 from subskin.calibration.correlated import Correlated, Residuals
 from subskin.calibration.fit import Fit
-from subskin.calibration.known import fitted
 from subskin.calibration.held_out import measured, size_of
+from subskin.calibration.known import fitted
 from subskin.spread import Spread
 
 from .._commands import subskin
