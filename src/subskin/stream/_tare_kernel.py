@@ -6,7 +6,12 @@ Only arrays and numbers go in and out; `tare.py` prepares them and keeps the sta
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
 from .._compiled import compiled
 
 # The state: numbers,
@@ -22,9 +27,25 @@ last one changed, and how many equal ones have come since; the window's mean whe
 ROWS = 10
 # Rows of what is known of the sensors.
 NOISE, DRIFT, LOW, HIGH, ALIVE, LIVELY, OWN = range(7)
+# Times that a question is asked by.
+GUARD, SETTLE, PATIENCE = range(3)
 
 _FEWEST = 20
 """Equal readings before a sensor is called frozen."""
+
+
+class Followed(NamedTuple):
+    """What is filled for each frame: (m, n), and `free` (m,).
+
+    `given` are the readings as if the offsets were the finger's own. To `doubt`, (0, n) where there is none, is added
+    how surely an offset is known, as variances are.
+    """
+
+    given: FloatArray
+    offset: FloatArray
+    free: npt.NDArray[np.bool_]
+    frozen: npt.NDArray[np.bool_]
+    doubt: FloatArray
 
 
 @compiled(exact=True)
@@ -38,21 +59,18 @@ def _median(a, b, c):
 
 
 @compiled(exact=True)
-def follow(
-    readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, given, offset, free, frozen, doubt
-):
+def follow(readings, smooth, time, begin, head, sensors, times, limits, rows, numbers, out):
     """Follow the offsets over the frames from `begin`; returns (next frame, oldest frame of the window, question).
 
-    readings, given, offset, frozen (m, n), free (m,); smooth (w + m, n) and time (w + m,) begin with a window of w
-    frames that were seen before. sensors (7, n); options: guard, settle and patience [s]; limits (n + 1,): chi-square
-    that noise exceeds so rarely, by number of sensors. rows (10, n) and numbers (4,) are the state and change in place.
-    `given` are the readings as if the offsets were the finger's own. doubt (m, n), or (0, n) where there is none: how
-    surely an offset is known is added to it, as variances are. It returns with question 1 after a frame at which
-    a touch has lasted for `patience` since it began or was last asked about.
+    readings (m, n); smooth (w + m, n) and time (w + m,) begin with a window of w frames that were seen before. sensors
+    (7, n); times (3,) [s]; limits (n + 1,): chi-square that noise exceeds so rarely, by number of sensors. rows (10, n)
+    and numbers (4,) are the state and change in place; `out` is filled. It returns with question 1 after a frame at
+    which a touch has lasted for `patience` since it began or was last asked about.
     """
+    given, offset, free, frozen, doubt = out.given, out.offset, out.free, out.frozen, out.doubt
     frames, n = readings.shape
     window = time.size - frames
-    guard, settle, patience = options[0], options[1], options[2]
+    guard, settle, patience = times[GUARD], times[SETTLE], times[PATIENCE]
     doubted = doubt.shape[0] > 0
     for k in range(begin, frames):
         t = time[window + k]

@@ -275,11 +275,11 @@ class Tare(Stage[TareState, Tared]):
                 seen = f"doubt of shape {more.shape}, readings of shape {data.shape}"
                 raise GeometryError(seen, "one is needed for each reading", "doubt=None")
             more = more.reshape(-1, n).copy()
+        filled = kernel.Followed(given, offset, free, frozen, more)
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(
-                frames, clocks, at, head, self._sensors, self._options, self._limits, rows, numbers,
-                smooth, given, offset, free, frozen, more,
+                frames, smooth, clocks, at, head, self._sensors, self._times, self._limits, rows, numbers, filled
             )  # fmt: skip
             if question:
                 self._held.ask(rows, frozen[at - 1])
@@ -349,7 +349,7 @@ class Tare(Stage[TareState, Tared]):
         return TareState(rows, numbers, state.frames, state.time)
 
     @cached_property
-    def _options(self) -> FloatArray:
+    def _times(self) -> FloatArray:
         return np.array([self.guard, self.settle, self.patience])
 
     @cached_property
