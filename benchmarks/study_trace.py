@@ -1,15 +1,17 @@
-"""How far one command walks through the house: files passed, functions, calls, and moves between files.
+"""How far a command, and a drag in the studio, walk through the house: files, functions, calls, moves between files.
 
     python benchmarks/study_trace.py [--frames 100] [--json FILE]
 
-The command is `subskin locate finger.toml readings.csv -o out.csv`, of a finger of 6 sensors. Counted by
-`sys.setprofile` are calls of functions of subskin, when its modules have been read and the loops compiled by one run
-before; a move is a call from one of its files to another. Asked for: at most 20 files and 200 moves. The last column
-says how few files of at most 400 lines could hold these ones, whatever belongs together.
+The command is `subskin locate finger.toml readings.csv -o out.csv`, of a finger of 6 sensors. The drag is one move of
+the touch on the studio's page, from the message of the page to the frame that answers it. Counted by `sys.setprofile`
+are calls of functions of subskin, when its modules have been read and the loops compiled by one run before; a move is a
+call from one of its files to another. Asked for: of the command at most 28 files and 150 moves, of the drag 18 and 110.
+The last column says how few files of at most 400 lines could hold these ones, whatever belongs together.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 from collections import Counter
@@ -63,6 +65,43 @@ def traced(run: Any, root: str) -> tuple[Counter[str], Counter[str], int]:
     return files, functions, moves
 
 
+def drag() -> tuple[Any, Any]:
+    """What a move of the hand runs, and what ends the studio."""
+    from subskin.studio.client import answered
+    from subskin.studio.protocol import framed, request_of
+    from subskin.studio.studio import Studio
+    from subskin.studio.views.finger import EXAMPLE
+
+    studio = Studio()
+    touch = {"family": "hertz", "force": 40.0, "angle": 0.2, "position": [1e-3], "half_width": 6e-4}
+    asked = {"id": 7, "view": "finger", "do": "look", "state": {"text": EXAMPLE, "touch": touch}}
+    text = json.dumps({**asked, "how": {"moving": True}})
+    studio.answer("answer", "find", {"state": asked["state"]})
+
+    def run() -> bytes:
+        request = request_of(text)
+        said, fields = answered(studio.answer, request)
+        if "error" in said:
+            raise SystemExit(said["error"])
+        return framed({**said, "id": request.number, "view": request.view}, fields)
+
+    return run, studio.close
+
+
+def told(title: str, found: tuple[Counter[str], Counter[str], int], root: str, target: Path | None) -> None:
+    """Print what was counted."""
+    files, functions, moves = found
+    lines = sum(len((Path(root) / name).read_text(encoding="utf-8").splitlines()) for name in files)
+    full = -(-lines // _LONGEST)
+    show(
+        title,
+        ["files", "functions", "calls", "moves between files", "lines of the files", f"files of {_LONGEST} lines"],
+        [[str(n) for n in (len(files), len(functions), files.total(), moves, lines, full)]],
+        target,
+    )
+    show(f"{title}: calls by file", ["file", "calls"], [[name, str(n)] for name, n in files.most_common()], target)
+
+
 def main() -> None:
     """Run and print."""
     import subskin
@@ -83,16 +122,12 @@ def main() -> None:
         command = ["locate", str(toml), str(table), "-o", str(out)]
         if subskin_main(command):
             raise SystemExit("subskin locate failed")
-        files, functions, moves = traced(lambda: subskin_main(command), root)
-    lines = sum(len((Path(root) / name).read_text(encoding="utf-8").splitlines()) for name in files)
-    full = -(-lines // _LONGEST)
-    show(
-        f"subskin locate, {options.frames} frames",
-        ["files", "functions", "calls", "moves between files", "lines of the files", f"files of {_LONGEST} lines"],
-        [[str(n) for n in (len(files), len(functions), files.total(), moves, lines, full)]],
-        options.json,
-    )
-    show("Calls by file", ["file", "calls"], [[name, str(n)] for name, n in files.most_common()], options.json)
+        found = traced(lambda: subskin_main(command), root)
+    told(f"subskin locate, {options.frames} frames", found, root, options.json)
+    run, end = drag()
+    run()
+    told("A drag in the studio", traced(run, root), root, options.json)
+    end()
 
 
 if __name__ == "__main__":

@@ -11,8 +11,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from subskin.errors import InvalidValueError
-from subskin.studio.guard import Keys
-from subskin.studio.key import kept_secret
+from subskin.studio.guard import Keys, kept_secret
 from subskin.studio.opening import bound
 
 

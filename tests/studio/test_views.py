@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import threading
@@ -24,20 +25,17 @@ from subskin.io.goals_file import parse_goals
 from subskin.live import Bench
 from subskin.live.ports import Robot
 from subskin.memo import ERRATA
-from subskin.studio.protocol import plain
+from subskin.studio.protocol import framed
 from subskin.studio.views.answer import FingerAnswers
-from subskin.studio.views.calibrate import BenchFeed, CalibrateView
+from subskin.studio.views.calibrate import CalibrateView
 from subskin.studio.views.design import DesignView
+from subskin.studio.views.fields import QUANTITIES, RANGE, nice
 from subskin.studio.views.finger import EXAMPLE, FingerView, window_of
-from subskin.studio.views.finger_state import FingerState
-from subskin.studio.views.fit_told import fit_told
 from subskin.studio.views.form import edited, finger_of, form_of
-from subskin.studio.views.memo.formula import tree_of, words_of
-from subskin.studio.views.memo.view import MemoState, look
-from subskin.studio.views.quantities import QUANTITIES
-from subskin.studio.views.script import script_of
-from subskin.studio.views.touch import Touch, first_touch
-from subskin.studio.views.unit_fields import RANGE, nice
+from subskin.studio.views.kept import script_of
+from subskin.studio.views.memo.view import MemoState, look, tree_of, words_of
+from subskin.studio.views.state import FingerState, Look, Touch, first_touch
+from subskin.studio.views.touches import BenchFeed, fit_told
 
 AREA = EXAMPLE.replace("count = 8", 'layout = "grid"\nshape = [3, 3]').replace("[skin]", '[skin]\nkind = "half_space"')
 LAYER = """\
@@ -52,6 +50,11 @@ pitch = "1.5 mm"
 depth = "2 mm"
 noise = 5e-4
 """
+
+
+def plain(said):
+    """As a page hears it."""
+    return json.loads(framed({"said": said})[4:])["said"]
 
 
 @pytest.fixture(scope="module")
@@ -90,12 +93,12 @@ def values(meta, field):
 def test_a_field_is_that_of_the_skin_coarse_or_fine(view, text, touch, show):
     state = FingerState(text=text, touch=touch, show=show, seed=None)
     skin, quantity, level = finger_of(text).finger.skin, QUANTITIES[show], window_of(finger_of(text).finger).level
-    coarse, _ = view.look(state, moving=True)
+    coarse, _ = view.look(state, Look(moving=True))
     for how in ("coarse", "fine"):
         if how == "fine":
             while coarse["coarse"]:
-                coarse, _ = view.look(state, refine=True)
-        said, fields = view.look(state, moving=how == "coarse")
+                coarse, _ = view.look(state, Look(refine=True))
+        said, fields = view.look(state, Look(moving=how == "coarse"))
         assert [meta["name"] for meta in said["fields"]] == (["section", "above"] if said["area"] else ["section"])
         for meta, field in zip(said["fields"], fields, strict=True):
             rows, columns = meta["shape"]
@@ -104,7 +107,7 @@ def test_a_field_is_that_of_the_skin_coarse_or_fine(view, text, touch, show):
             rows_, columns_ = slice(3, None, 9), slice(1, None, 13)
             x, at = (down[rows_, None], y[columns_]) if meta["name"] == "section" else (level, y[columns_])
             z = () if not said["area"] else (touch.position[1] if meta["name"] == "section" else down[rows_, None],)
-            true = quantity.scale * quantity.of(skin.state(touch.contact(), x, at, *z))
+            true = quantity.scale * quantity.of(skin.state(touch.contact, x, at, *z))
             seen, off = values(meta, field[rows_, columns_])
             inside = np.abs(true) < meta["most"]
             assert inside.mean() > 0.8
@@ -118,11 +121,11 @@ def test_what_is_seen_is_what_the_library_says_the_picture_first():
     first, fields = view.look(state)
     assert first["found"]["pending"]
     assert fields[0].std() > 10
-    later = answers.find(state)
+    later = answers.find(state)["found"]
     said, _ = view.look(state)
     assert plain(said["found"]) == plain(later)
     assert view.look(state.model_copy(update={"find": "fit"}))[0]["found"]["pending"]  # another estimator
-    assert view.look(state, edits=[("sensors.depth", 2.1e-3)])[0]["found"]["pending"]  # another finger
+    assert view.look(state, Look(edits=[("sensors.depth", 2.1e-3)]))[0]["found"]["pending"]  # another finger
     finger = finger_of(EXAMPLE).finger
     readings = finger.read(ss.Hertz(40.0, 0.3, 8e-4, half_width=4e-4), np.random.default_rng(3))
     found = finger.locate(readings)
@@ -148,7 +151,7 @@ def test_the_field_of_a_skin_with_ridges_is_that_of_its_position(view):
     meta, (rows, columns) = said["fields"][0], said["fields"][0]["shape"]
     y = meta["x"][0] + (np.arange(columns) + 0.5) * meta["x"][1] / columns
     x = meta["y"][0] + (np.arange(rows) + 0.5) * meta["y"][1] / rows
-    true = 100 * skin.strain(touch.contact(), x[8::9, None], y[::13]).xx
+    true = 100 * skin.strain(touch.contact, x[8::9, None], y[::13]).xx
     seen, off = values(meta, fields[0][8::9, ::13])
     assert (np.abs(seen - true) <= off + 1e-6 * meta["most"]).all()
 
@@ -158,13 +161,13 @@ def test_a_touch_is_kept_in_sight_and_made_fit_for_the_finger(view):
     said, _ = view.look(FingerState(text=EXAMPLE, touch=far))
     assert said["state"]["touch"]["position"] == [said["window"]["right"]]
     assert said["state"]["touch"]["half_width"] < said["window"]["right"]
-    area, _ = view.look(FingerState(text=AREA, touch=far), moving=True)
+    area, _ = view.look(FingerState(text=AREA, touch=far), Look(moving=True))
     assert len(area["state"]["touch"]["position"]) == 2
     assert area["units"]["force"] == "N"
 
 
 def test_noise_that_is_none_is_said_and_nothing_fails():
-    found = FingerAnswers().find(FingerState(text=EXAMPLE.replace("5e-4", "0")))
+    found = FingerAnswers().find(FingerState(text=EXAMPLE.replace("5e-4", "0")))["found"]
     assert found["status"] == ""
     assert "noise" in found["words"]
     assert plain(found)["ellipse"] is None
@@ -189,7 +192,7 @@ def test_a_number_that_is_changed_is_in_the_file(key, value, seen):
     assert seen(finger_of(text))
     assert "# A finger of silicone rubber" in text  # comments stay
     assert (
-        {one["key"]: one["value"] for one in form_of(text)}[key] == pytest.approx(value)
+        {one["key"]: one["value"] for one in form_of(finger_of(text))}[key] == pytest.approx(value)
         if isinstance(value, float)
         else True
     )
@@ -214,12 +217,12 @@ def test_a_number_that_cannot_be_is_refused(key, value):
 
 def test_a_sensor_beneath_the_skin_is_said(view):
     with pytest.raises(SubskinError, match="thick"):
-        view.look(FingerState(text=LAYER), edits=[("sensors.depth", 9e-3)])
+        view.look(FingerState(text=LAYER), Look(edits=[("sensors.depth", 9e-3)]))
 
 
 def test_the_program_finds_what_the_page_shows(view, tmp_path, monkeypatch, capsys):
     state = FingerState(text=EXAMPLE, find="fit", seed=5, show="stress.xx")
-    said, _ = view.look(state, moving=True)
+    said, _ = view.look(state, Look(moving=True))
     program = script_of(state)
     monkeypatch.chdir(tmp_path)
     exec(compile(program, "program", "exec"), {})
@@ -336,8 +339,6 @@ def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_pat
         raise AssertionError("it was not told")
 
     def sent(socket, view, do, **given):
-        import json
-
         socket.send(json.dumps({"id": 0, "view": view, "do": do, **given}))
 
     asked.sent = sent
@@ -391,7 +392,7 @@ def test_a_finger_is_calibrated_touch_by_touch(running, asked, tmp_path, monkeyp
 
         begun = ask("begin")
         assert begun["port"] == "robot?seed=3"
-        assert len(begun["depths"]) == 8
+        assert len(begun["sensors"]["depth"]) == 8
         for given in ({"accuracy": "much"}, {"rest": "-1 s"}, {"positions": "3 mm:1 mm:1 mm"}):
             assert "error" in ask("start", start=given)
         assert "no session runs" in ask("skip")["error"]
@@ -451,10 +452,10 @@ def test_touches_made_before_are_fitted_as_the_library_fits_them(tmp_path, monke
     columns = {"position": positions, "force": np.full(15, 40.0), **dict(zip(file.names, readings.T, strict=True))}
     ss.io.write_table("presses.csv", columns)
     text = Path("presses.csv").read_text("utf-8")
-    view = CalibrateView(lambda: None)
+    view = CalibrateView(lambda: None, lambda text: file)
 
     def fitted(**given):
-        view.answer("file", {"file": {"name": "presses.csv", "text": text} | given}, file)
+        view.answer("file", {"file": {"name": "presses.csv", "text": text} | given})
         while (told := view.told())["run"] in ("starting", "running"):
             time.sleep(0.01)
         return told
@@ -466,7 +467,7 @@ def test_touches_made_before_are_fitted_as_the_library_fits_them(tmp_path, monke
     errors = [p.std for p in found.parameters if p.name == "gain"]
     errors += [1e3 * p.std for p in found.parameters if p.name == "origin"]
     assert [float(row[3].split()[0]) for row in told["changes"] if row[3]] == pytest.approx(errors, rel=0.17)  # a digit
-    view.answer("accept", {"name": "felt.toml"}, file)
+    view.answer("accept", {"name": "felt.toml"})
     np.testing.assert_allclose(
         ss.load("felt.toml").finger.array.gain, found.finger.array.gain, rtol=1e-5, equal_nan=False
     )
@@ -496,10 +497,10 @@ def test_gains_of_the_mean_have_the_spread_of_drawn_ones():
 
 @pytest.mark.parametrize("port", [None, "demo?rate=200", "touch.parquet"])
 def test_where_no_one_can_touch_nothing_is_calibrated(port):
-    view = CalibrateView(lambda: None, port)
-    assert view.answer("begin", {}, finger_of(EXAMPLE))["port"] == ""
+    view = CalibrateView(lambda: None, lambda text: finger_of(EXAMPLE), port)
+    assert view.answer("begin", {})["port"] == ""
     with pytest.raises(SubskinError, match="no session"):
-        view.answer("start", {"start": {}}, finger_of(EXAMPLE))
+        view.answer("start", {"start": {}})
 
 
 GOALS = """\
@@ -536,8 +537,8 @@ def test_a_search_is_followed_mapped_held_and_stopped():
         assert float(array.depth[0]) == pytest.approx(2e-3)
         assert np.ptp(array.points[:, 0]) == pytest.approx(3 * seen["pitches"][1], rel=1e-3)
         assert len(array) == 4
-        for wrong in ({"layout": 2}, {"pitch": -1}, {"skin": 0.5}):
-            with pytest.raises(SubskinError, match="counted from 0"):
+        for wrong, said in (({"layout": 2}, "from 0"), ({"pitch": -1}, "from 0"), ({"skin": 0.5}, "valid integer")):
+            with pytest.raises(SubskinError, match=said):
                 view.answer("hold", held | wrong)
         began = time.monotonic()
         view.answer("stop", {})
@@ -638,6 +639,6 @@ def test_a_text_that_is_no_file_is_said_as_the_files_error(text):
 def test_a_window_that_is_held_while_sensors_go_deep_is_drawn(view):
     deep = EXAMPLE.replace('depth = "2 mm"', 'depth = "80 mm"')
     window = window_of(finger_of(EXAMPLE).finger)
-    said, fields = view.look(FingerState(text=deep), window=window, moving=True)
+    said, fields = view.look(FingerState(text=deep), Look(window=window, moving=True))
     assert fields[0].size
     assert said["fields"][0]["most"] > 0

@@ -9,14 +9,12 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ..errors import SubskinError
 from .protocol import LARGEST, Malformed, Rate, Request, framed, request_of
 from .studio import Studio
+from .view import Answer
 
 __all__ = ["Client"]
 
@@ -24,13 +22,12 @@ _LOG = logging.getLogger(__name__)
 _MOST_WAITING = 64
 """Things to do, one after the other, that may wait; a page sends few."""
 _MALFORMED, _TOO_LARGE, _TOO_MANY = 1003, 1009, 1008
-Answer = tuple[dict[str, Any], list[npt.NDArray[np.uint8]]]
 
 
 class Client:
     """A connection, from when it is accepted to when it ends.
 
-    What a page only looks at is answered for the latest request alone; what it does (`Studio.DOES`) is done one after
+    What a page only looks at is answered for the latest request alone; what it does (`Studio.does`) is done one after
     the other, each once. What a view tells of itself, such as a live stream, is sent again when the page has said that
     it has drawn the last.
 
@@ -104,7 +101,7 @@ class Client:
             self._page(request)
             return
         name = f"{request.view}.{request.do}"
-        if name in self._studio.DOES:
+        if self._studio.does(request.view, request.do):
             self._count += 1
             if len(self._asked) > _MOST_WAITING:
                 raise OverflowError
@@ -185,10 +182,6 @@ def answered(answer: Callable[[str, str, dict[str, Any]], Answer], request: Requ
         return answer(request.view, request.do, request.given)
     except SubskinError as error:
         return {"error": str(error)}, []
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(map(str, first["loc"]))
-        return {"error": f"{where}: {first['msg']}"}, []
     except Exception as error:
         _LOG.exception("%s.%s", request.view, request.do)
         return {"error": f"the studio failed, and this is its fault: {type(error).__name__}: {error}"}, []

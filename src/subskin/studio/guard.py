@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hmac
+import os
 import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import CookieError, SimpleCookie
+from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs
 
-__all__ = ["Guard", "Keys"]
+__all__ = ["Guard", "Keys", "kept_secret"]
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -17,6 +19,8 @@ Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 
 _REFUSED = b"subskin studio answers only the browser in which its own address was opened: the one in the terminal.\n"
 _LONGEST_QUERY = 2000
+_LETTERS = 32
+"""Of a secret."""
 
 
 class Keys:
@@ -31,7 +35,7 @@ class Keys:
     """
 
     def __init__(self, port: int, secret: str | None = None) -> None:
-        self.port, secret = port, secret or secrets.token_urlsafe(32)
+        self.port, secret = port, secret or secrets.token_urlsafe(_LETTERS)
         self.token, self.cookie = (_derived(secret, f"{what} {port}") for what in ("token", "cookie"))
         self.name = f"subskin_studio_{port}"
         self.hosts = frozenset(f"{host}:{port}" for host in ("127.0.0.1", "localhost", "[::1]"))
@@ -120,6 +124,34 @@ class Guard:
         """The cookie for the token, and an address that does not show it."""
         cookie = f"{self._keys.name}={self._keys.cookie}; Path=/; HttpOnly; SameSite=Strict"
         await _answer(send, 303, b"", (b"location", b"/"), (b"set-cookie", cookie.encode()))
+
+
+def kept_secret() -> str:
+    """The secret of the studio on this machine: a page is let in again when the server was started again.
+
+    It is made where there is none; a new one each time where it cannot be kept.
+
+    It lies in a folder of the user's, readable by the user alone.
+    """
+    file = _folder() / "studio.key"
+    fresh = secrets.token_urlsafe(_LETTERS)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        if file.exists() and not (os.name == "posix" and file.stat().st_mode & 0o077):
+            kept = file.read_text("ascii").strip()
+            if len(kept) >= _LETTERS:
+                return kept
+        file.unlink(missing_ok=True)
+        with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as out:
+            out.write(fresh)
+    except (OSError, UnicodeDecodeError):
+        pass
+    return fresh
+
+
+def _folder() -> Path:
+    kept = os.environ.get("LOCALAPPDATA") if os.name == "nt" else os.environ.get("XDG_STATE_HOME")
+    return (Path(kept) if kept else Path.home() / ".local" / "state") / "subskin"
 
 
 def _derived(secret: str, what: str) -> str:

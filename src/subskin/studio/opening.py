@@ -59,8 +59,7 @@ def serve(
         import websockets  # noqa: F401
     except ModuleNotFoundError as error:
         raise FileError(f"{error.name}", "the studio needs it", 'pip install "subskin[studio]"') from None
-    from .guard import Keys
-    from .key import kept_secret
+    from .guard import Keys, kept_secret
     from .studio import Studio
 
     studio = Studio(file, device)

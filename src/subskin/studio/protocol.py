@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import pydantic_core
 
-__all__ = ["LARGEST", "Malformed", "Rate", "Request", "framed", "plain", "request_of"]
+__all__ = ["LARGEST", "Malformed", "Rate", "Request", "framed", "request_of"]
 
 LARGEST = 256 * 1024
 """Bytes of a message from the page; a larger one ends the connection."""
@@ -85,21 +86,8 @@ def framed(said: Mapping[str, Any], fields: Sequence[npt.NDArray[np.uint8]] = ()
     >>> framed({"id": 7}, [np.zeros((1, 2), np.uint8)]).hex()
     '080000007b226964223a377d0000'
     """
-    head = json.dumps(plain(said), allow_nan=False, separators=(",", ":")).encode()
+    head = pydantic_core.to_json(said, inf_nan_mode="null", fallback=_listed)  # what is not a number is null
     return b"".join([struct.pack("<I", len(head)), head, *(np.ascontiguousarray(field).tobytes() for field in fields)])
-
-
-def plain(value: Any) -> Any:
-    """What JSON can say; what is not a number is null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
 
 
 class Rate:
@@ -120,6 +108,11 @@ class Rate:
         self._left = min(self._burst, self._left + self._each * (now - self._at)) - 1.0
         self._at = now
         return self._left >= 0.0
+
+
+def _listed(value: Any) -> Any:
+    """What JSON can say of a number or an array of NumPy."""
+    return value.tolist()
 
 
 def _no_constant(name: str) -> float:

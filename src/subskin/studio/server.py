@@ -16,8 +16,8 @@ from .client import Client
 from .guard import Guard, Keys
 from .protocol import LARGEST
 from .studio import Studio
-from .views.finger_state import FingerState
-from .views.picture import picture_of
+from .views.kept import picture_of
+from .views.state import FingerState
 
 __all__ = ["app_of"]
 

@@ -35,15 +35,15 @@ export class BenchMap {
 
   // What is seen: along y, and down: depths, or on an area z.
   #ends() {
-    const { sensors, depths, area } = this.about;
-    const deep = Math.max(...depths);
+    const { sensors, area } = this.about;
+    const deep = Math.max(...sensors.depth);
     const beyond = (values, by) => [Math.min(...values) - by * deep, Math.max(...values) + by * deep];
     return area ? { y: beyond(sensors.y, 1.2), v: beyond(sensors.z, 1.2) } : { y: beyond(sensors.y, 1.6), v: [-0.9 * deep, 1.7 * deep] };
   }
 
   #draw(pen, width, height) {
     if (!this.about) return;
-    const { sensors, depths, area } = this.about;
+    const { sensors, area } = this.about;
     const { y, v } = this.#ends();
     const k = Math.min((width - 2 * SIDE) / (y[1] - y[0]), (height - 40) / (v[1] - v[0]));
     const wide = area ? k : (width - 20) / (y[1] - y[0]);
@@ -56,7 +56,7 @@ export class BenchMap {
     pen.strokeStyle = colour("ink");
     pen.lineWidth = 1.6;
     if (!area) line(pen, px(y[0]), top, px(y[1]), top);
-    this.#sensors(pen, px, (i) => py(area ? sensors.z[i] : depths[i]));
+    this.#sensors(pen, px, (i) => py(area ? sensors.z[i] : sensors.depth[i]));
     pen.fillStyle = colour("soft");
     pen.textAlign = "center";
     pen.textBaseline = "top";

@@ -77,7 +77,7 @@ export class CalibrateView {
       if (this.#wrong(said.error)) return;
       this.port = said.port;
       this.without.hidden = Boolean(said.port);
-      this.force.input.placeholder = `unknown, but always alike; or 40 ${said.unit}`;
+      this.force.input.placeholder = `unknown, but always alike; or 40 ${said.units.force}`;
       this.map.begin(said);
       this.hear(this.told);
       watch("calibrate", (told) => this.hear(told));

@@ -30,7 +30,8 @@ export class LiveMap {
   }
 
   get window() {
-    const { sensors, depth } = this.about;
+    const { sensors } = this.about;
+    const depth = Math.max(...sensors.depth);
     const ends = (values) => [Math.min(...values) - 2 * depth, Math.max(...values) + 2 * depth];
     return { y: ends(sensors.y), z: ends(sensors.z) };
   }

@@ -9,9 +9,10 @@ from importlib.resources import files
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from ..._check import FloatArray
 from ...design import rank_fingers, search_grid
@@ -20,6 +21,7 @@ from ...design.search import DesignedFinger, DesignGrid, DesignStudy
 from ...design.words import reasons_of, remedies_of, verdict_of
 from ...errors import InvalidValueError, SubskinError
 from ...io.goals_file import GoalsFile, finger_text, parse_goals
+from ..view import View, asked, done
 
 __all__ = ["DesignView"]
 
@@ -43,8 +45,8 @@ _FIELDS = (
     ("search", "depths", "depths tried"),
     ("search", "pitches", "pitches tried"),
 )
-_LONGEST = 100_000
-"""Letters of goals that are read."""
+Goals = Annotated[str, Field(max_length=100_000)]
+Index = Annotated[int, Field(strict=True)]
 _MOST = 30.0
 """Ratios above are drawn as this."""
 
@@ -84,7 +86,7 @@ def _searched(pipe: Connection, text: str, rows: Rows) -> None:
         sent.say("fault", str(error))
 
 
-class DesignView:
+class DesignView(View):
     """One search at a time, which all pages see.
 
     Parameters
@@ -93,12 +95,11 @@ class DesignView:
         Called from another thread when there is something new.
     """
 
-    DOES = frozenset({"design.start", "design.stop"})
+    number = 0
 
     def __init__(self, wake: Callable[[], object]) -> None:
-        self._wake = wake
+        super().__init__(wake)
         self.text = files("subskin.io").joinpath("goals_example.toml").read_text("utf-8")
-        self.number = 0
         self._rows: Rows = {}
         self._process: SpawnProcess | None = None
         self._thread: threading.Thread | None = None
@@ -107,40 +108,20 @@ class DesignView:
         self._grid: DesignGrid | None = None
         self._study: DesignStudy | None = None
 
-    def answer(self, do: str, given: dict[str, Any]) -> dict[str, Any]:
-        """What a page is answered.
+    @asked
+    def begin(self) -> dict[str, Any]:
+        """The goals of the last search, or an example, and their form."""
+        return _form(self.text)
 
-        Parameters
-        ----------
-        do : str
-            What it asks.
-        given : dict
-            With what.
+    @asked
+    def check(self, text: Goals) -> dict[str, Any]:
+        """Goals as they were typed, and their form."""
+        return _form(text)
 
-        Raises
-        ------
-        SubskinError
-            Goals that cannot be; something that is not there yet.
-        """
-        if do == "begin":
-            return self._form(self.text)
-        if do == "check":
-            return self._form(str(given.get("text"))[:_LONGEST])
-        if do == "edit":
-            return self._form(_edited(str(given.get("text")), str(given.get("key")), str(given.get("value"))))
-        if do == "start":
-            self._start(str(given.get("text")))
-            return {"done": True}
-        if do == "stop":
-            self.close()
-            return {"done": True}
-        if do == "map":
-            return self._map(given)
-        if do == "hold":
-            return {"text": self._held(given)}
-        if do == "report":
-            return {"report": self._report()}
-        raise InvalidValueError(f"design: {do}", "the studio knows no such thing", "load the page again")
+    @asked
+    def edit(self, text: Goals, key: str, value: Annotated[str, Field(max_length=200)]) -> dict[str, Any]:
+        """Goals with another value of a field."""
+        return _form(_edited(text, key, value))
 
     def told(self) -> dict[str, Any]:
         """How the search stands."""
@@ -180,19 +161,9 @@ class DesignView:
         if self._thread is not None:
             self._thread.join(10.0)
 
-    def _form(self, text: str) -> dict[str, Any]:
-        import tomlkit
-
-        parse_goals(text)
-        document: Any = tomlkit.parse(text)
-        fields = [
-            {"key": f"{table}.{key}", "label": label, "group": table, "value": _plain(document[table][key])}
-            for table, key, label in _FIELDS
-            if table in document and key in document[table]
-        ]
-        return {"text": text, "form": fields}
-
-    def _start(self, text: str) -> None:
+    @done
+    def start(self, text: Goals) -> None:
+        """Begin a search."""
         file = parse_goals(text)
         self.close()
         self.text, self._file, self._grid, self._study, self._fault = text, file, None, None, ""
@@ -206,6 +177,11 @@ class DesignView:
         self._thread = threading.Thread(target=self._follow, args=(here, looks), daemon=True)
         self._thread.start()
         self._tell()
+
+    @done
+    def stop(self) -> None:
+        """End the search; finished rows are kept."""
+        self.close()
 
     def _follow(self, pipe: Connection, looks: int) -> None:
         """Hear what the search says until it ends, or is ended."""
@@ -228,66 +204,85 @@ class DesignView:
             self._run = "stopped"
         self._tell()
 
-    def _map(self, given: dict[str, Any]) -> dict[str, Any]:
+    @asked
+    def map(self, skin: Index = 0, sensor: Index = 0, layout: Index = 0) -> dict[str, Any]:
         """The designs of one skin, kind and count, or layout on an area."""
         grid = self._known()
-        k, m, n = (_index(given, *of) for of in zip(("skin", "sensor", "layout"), _lengths(grid), strict=True))
-        excess = grid.excess[k, m, :, :, n]
+        excess = grid.excess[_of(grid, skin, sensor)][:, :, _chosen("layout", layout, len(grid.goals.layouts))]
         return {
-            "skin": k,
-            "sensor": m,
-            "layout": n,
-            "depths": grid.depths[k],
+            "skin": skin,
+            "sensor": sensor,
+            "layout": layout,
+            "depths": grid.depths[skin],
             "pitches": grid.pitches,
             "excess": np.where(np.isfinite(excess), np.minimum(excess, _MOST), np.nan),
         }
+
+    @asked
+    def hold(
+        self,
+        finger: Index | None = None,
+        skin: Index = 0,
+        sensor: Index = 0,
+        layout: Index = 0,
+        depth: Index = 0,
+        pitch: Index = 0,
+    ) -> dict[str, Any]:
+        """A finger that was found, or a design of the map, as a finger.toml."""
+        grid, file = self._known(), self._file
+        assert file is not None
+        search: Any
+        if finger is not None:
+            found = () if self._study is None else self._study.fingers
+            if not found:
+                raise InvalidValueError("no fingers", "no search has ended yet", "start the search")
+            one = found[_chosen("finger", finger, len(found))]
+            row, search = one.row, one.quality.search
+        else:
+            k, m = _of(grid, skin, sensor)
+            d, s = _chosen("depth", depth, grid.depths.shape[1]), _chosen("pitch", pitch, len(grid.pitches))
+            row, touches = grid.row(k, m, d, s, _chosen("layout", layout, len(grid.goals.layouts))), file.goals.touches
+            search = touches.area or touches.span or (-0.5 * row.length, 0.5 * row.length)
+        return {"text": finger_text(file, row, search, [f"{file.goals.title}: held in the studio"])}
+
+    @asked
+    def report(self) -> dict[str, Any]:
+        """The report of a search that has ended, as a page."""
+        from ...report import as_html, design_report
+
+        if self._study is None or self._file is None:
+            raise InvalidValueError("no report", "no search has ended yet", "start the search")
+        return {"report": as_html(design_report(self._study, self._file.text))}
 
     def _known(self) -> DesignGrid:
         if self._grid is None:
             raise InvalidValueError("no design", "nothing has been searched yet", "start the search")
         return self._grid
 
-    def _held(self, given: dict[str, Any]) -> str:
-        """A finger that was found, or a design of the map, as a finger.toml."""
-        grid, file = self._known(), self._file
-        assert file is not None
-        search: Any
-        if "finger" in given:
-            found = () if self._study is None else self._study.fingers
-            if not found:
-                raise InvalidValueError("no fingers", "no search has ended yet", "start the search")
-            one = found[_index(given, "finger", len(found))]
-            row, search = one.row, one.quality.search
-        else:
-            k, m, n = (_index(given, *of) for of in zip(("skin", "sensor", "layout"), _lengths(grid), strict=True))
-            d, s = _index(given, "depth", grid.depths.shape[1]), _index(given, "pitch", len(grid.pitches))
-            row, touches = grid.row(k, m, d, s, n), file.goals.touches
-            search = touches.area or touches.span or (-0.5 * row.length, 0.5 * row.length)
-        return finger_text(file, row, search, [f"{file.goals.title}: held in the studio"])
 
-    def _report(self) -> str:
-        from ...report import as_html, design_report
-
-        if self._study is None or self._file is None:
-            raise InvalidValueError("no report", "no search has ended yet", "start the search")
-        return as_html(design_report(self._study, self._file.text))
-
-    def _tell(self) -> None:
-        self.number += 1
-        self._wake()
+def _of(grid: DesignGrid, skin: int, sensor: int) -> tuple[int, int]:
+    """A skin and a kind of the grid."""
+    return _chosen("skin", skin, len(grid.goals.skins)), _chosen("sensor", sensor, len(grid.goals.choices))
 
 
-def _lengths(grid: DesignGrid) -> tuple[int, int, int]:
-    """How many skins, kinds and layouts a grid has."""
-    return len(grid.goals.skins), len(grid.goals.choices), len(grid.goals.layouts)
-
-
-def _index(given: Mapping[str, Any], name: str, count: int) -> int:
+def _chosen(name: str, which: int, count: int) -> int:
     """Which of `count` things a page means."""
-    which = given.get(name, 0)
-    if type(which) is not int or not 0 <= which < count:
+    if not 0 <= which < count:
         raise InvalidValueError(f"{name} {which}", f"there are {count}, counted from 0", "choose on the page")
     return which
+
+
+def _form(text: str) -> dict[str, Any]:
+    import tomlkit
+
+    parse_goals(text)
+    document: Any = tomlkit.parse(text)
+    fields = [
+        {"key": f"{table}.{key}", "label": label, "group": table, "value": _plain(document[table][key])}
+        for table, key, label in _FIELDS
+        if table in document and key in document[table]
+    ]
+    return {"text": text, "form": fields}
 
 
 def _where(study: DesignStudy, one: DesignedFinger) -> dict[str, int]:
@@ -304,7 +299,7 @@ def _edited(text: str, key: str, value: str) -> str:
     """The goals with another value of a field."""
     import tomlkit
 
-    if key not in {f"{table}.{name}" for table, name, _ in _FIELDS} or len(text) > _LONGEST or len(value) > 200:
+    if key not in {f"{table}.{name}" for table, name, _ in _FIELDS}:
         raise InvalidValueError(key, "the goals have no such field", "a field of the form")
     parse_goals(text)
     document: Any = tomlkit.parse(text)

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from typing import Annotated, Any, NamedTuple
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
 
 from ..._check import FloatArray
 from ...contact import Contact, LocalContact, families, local_families
 from ...errors import SubskinError
 from ...finger import Finger
 from ...io.finger_file import FingerFile
-from .answer import FingerAnswers, read
-from .finger_state import FingerState
+from ..view import Answer, View, asked, drawn
+from .answer import FingerAnswers, fitted_family, read, searched
+from .fields import QUANTITIES, RANGE, FieldGrid, FieldKind, Picture, UnitFields, nice, offered, quantised
 from .form import edited, finger_of, form_of
-from .found import fitted_family
-from .quantities import QUANTITIES, FieldKind, offered
-from .touch import Touch, first_touch, fitting
-from .unit_fields import RANGE, FieldGrid, UnitFields, nice, quantised
+from .state import FingerState, Look, Touch, Window, first_touch, fitting
 
-__all__ = ["EXAMPLE", "FingerShown", "FingerView", "Look", "Window", "shown_of", "window_of"]
+__all__ = ["EXAMPLE", "FingerShown", "FingerView", "shown_of", "window_of"]
 
 EXAMPLE = """\
 # A finger of silicone rubber: eight strain gauges in a row.
@@ -59,28 +56,7 @@ _NAMES = {
     "round_punch": "a flat disc",
     "cone": "a blunt cone",
 }
-
-
-class Look(BaseModel):
-    """How a state is looked at; see `FingerView.look`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    edits: Annotated[list[tuple[str, float | str]], Field(max_length=8)] = []
-    window: tuple[float, float, float, float, float, float] | None = None
-    moving: bool = False
-    refine: bool = False
-
-
-class Window(NamedTuple):
-    """What is seen [m]."""
-
-    left: float
-    right: float
-    front: float
-    back: float
-    bottom: float
-    level: float
+_AS_IT_IS = Look()
 
 
 class FingerShown(NamedTuple):
@@ -109,51 +85,57 @@ def shown_of(state: FingerState) -> FingerShown:
     """
     file = finger_of(state.text)
     touch = _inside(fitting(state.touch, file.finger), window_of(file.finger))
-    readings, family = read(state, file, touch), fitted_family(touch)
     try:
-        found = file.fit(readings, family) if state.find == "fit" else file.locate(readings)
+        found = searched(file, touch, read(state, file, touch), state.find)
     except SubskinError:
         found = None
-    return FingerShown(
-        file.finger, touch, touch.contact(), found, _quantity(state.show, file.finger, touch).name, family
-    )
+    shown = _quantity(state.show, file.finger, touch).name
+    return FingerShown(file.finger, touch, touch.contact, found, shown, fitted_family(touch))
 
 
-class FingerView:
+class FingerView(View):
     """Draws what is asked of a finger; what it keeps makes pictures quicker, and changes none.
 
     Parameters
     ----------
     answers : FingerAnswers
         What the readings say.
+    name : str, optional
+        What the file of the command is called.
     """
 
-    def __init__(self, answers: FingerAnswers) -> None:
-        self._fields, self._answers = UnitFields(), answers
+    def __init__(self, answers: FingerAnswers, name: str = "finger.toml") -> None:
+        super().__init__()
+        self._fields, self._answers, self._name = UnitFields(), answers, name
 
-    def look(
-        self,
-        given: FingerState,
-        *,
-        edits: Sequence[tuple[str, Any]] = (),
-        window: Window | None = None,
-        moving: bool = False,
-        refine: bool = False,
-    ) -> tuple[dict[str, Any], list[npt.NDArray[np.uint8]]]:
+    @asked
+    def begin(self) -> dict[str, Any]:
+        """The file that is shown at the beginning."""
+        return {"begin": {"text": self._answers.file(None).text}, "name": self._name}
+
+    @asked
+    def script(self, state: FingerState) -> dict[str, Any]:
+        """A program that does what the page shows.
+
+        Parameters
+        ----------
+        state : FingerState
+            What is shown.
+        """
+        from .kept import script_of
+
+        return {"script": script_of(state)}
+
+    @asked
+    def look(self, state: FingerState, how: Look = _AS_IT_IS) -> Answer:
         """What a page draws, and its fields.
 
         Parameters
         ----------
-        given : FingerState
+        state : FingerState
             What is shown.
-        edits : sequence of (str, value), optional
-            Numbers of the finger that change, as in `form.edited`.
-        window : Window, optional
-            What is seen; that of the finger if left out. While a hand moves sensors, the picture stays.
-        moving : bool, optional
-            A hand is at it: where the field would take long, a coarse one is enough.
-        refine : bool, optional
-            Nothing moves: work out one more part of a field that is still coarse.
+        how : Look, optional
+            How it is looked at.
 
         Raises
         ------
@@ -162,69 +144,53 @@ class FingerView:
         """
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            text = given.text
-            for key, value in edits:
+            text = state.text
+            for key, value in how.edits:
                 text = edited(text, key, value)
-            state = given.model_copy(update={"text": text})
+            state = state.model_copy(update={"text": text})
             file = self._answers.file(text)
-            finger = file.finger
-            touch = fitting(state.touch, finger)
-            window = _held(window, finger) if window is not None else window_of(finger)
-            touch = _inside(touch, window)
+            scene, finger = _scene(file), file.finger
+            window = scene.window if how.window is None else _held(how.window, finger)
+            touch = _inside(fitting(state.touch, finger), window)
             shown = _quantity(state.show, finger, touch)
-            contact = touch.contact()
-            clean = finger.read(contact)
             readings = read(state, file, touch)
-            found = self._answers.at_once(state, touch, readings)
-            metas, fields, coarse = self._drawn(finger, touch, shown, window, moving, refine)
+            metas, fields, coarse = self._drawn(finger, touch, shown, window, how)
+            said = {
+                **scene.said,
+                "state": {**state.model_dump(), "touch": touch.model_dump(), "show": shown.name},
+                "wide": touch.wide,
+                "window": window._asdict(),
+                "pressure": _pressure(touch),
+                "readings": readings,
+                "clean": finger.read(touch.contact),
+                "found": self._answers.at_once(state, touch, readings),
+                "fields": metas,
+                "coarse": coarse,
+            }
         notes = list(dict.fromkeys(str(one.message) for one in caught)) + ([] if finger.trusted else [_MISFIT])
-        local = touch.local
-        names = local_families() if local else families()
-        said = {
-            "state": {**state.model_dump(), "touch": touch.model_dump(), "show": shown.name},
-            "form": form_of(state.text, file),
-            "area": finger.array.on_area,
-            "units": {"force": "N" if local else "N/m", "reading": _unit(finger)},
-            "wide": touch.wide,
-            "families": {name: _NAMES.get(name, name.replace("_", " ")) for name in names},
-            "quantities": {q.name: f"{q.label} [{q.unit}]" for q in offered(local=local)},
-            "window": window._asdict(),
-            "usual": first_touch(finger).force,
-            "skin": _skin(finger),
-            "sensors": _sensors(file),
-            "pressure": _pressure(touch, window),
-            "readings": readings,
-            "clean": clean,
-            "noise": np.asarray(finger.array.noise),
-            "found": found,
-            "fields": metas,
-            "coarse": coarse,
-            "notes": notes,
-        }
-        return said, fields
+        return {**said, "notes": notes}, fields
 
     def _drawn(
-        self, finger: Finger, touch: Touch, shown: FieldKind, window: Window, moving: bool, refine: bool
+        self, finger: Finger, touch: Touch, shown: FieldKind, window: Window, how: Look
     ) -> tuple[list[dict[str, Any]], list[npt.NDArray[np.uint8]], bool]:
         """The fields of the section and, on an area, from above; whether they are still coarse."""
         metas, fields, coarse = [], [], False
         for name, grid in _grids(finger, window).items():
             ridged = finger.skin.ridges is not None  # not the same at every position
-            missing = 0 if ridged else self._fields.missing(finger.skin, touch, shown, grid)
-            if missing and refine and not coarse:
-                self._fields.prepare(finger.skin, touch, shown, grid)
+            picture = Picture(finger.skin, touch, shown, grid)
+            missing = 0 if ridged else len(self._fields.missing(picture))
+            if missing and how.refine and not coarse:
+                self._fields.prepare(picture)
                 missing -= 1
-            if missing and not moving and not refine and _quick(finger, touch):
-                missing = 0
-            if ridged:
-                grid = _coarse(grid, touch, window)
-                values = self._fields.here(finger.skin, touch, shown, grid)
-            elif missing:
-                quickly = moving and grid.depth is not None  # the map from above changes with the depth of the sensors
-                coarse, grid = True, _coarse(grid, touch, window, 3 if quickly else 2)
-                values = self._fields.direct(finger.skin, touch, shown, grid)
+            if missing and not (how.moving or how.refine) and not touch.local and finger.skin.endless:
+                missing = 0  # a whole field is a matter of milliseconds
+            if ridged or missing:
+                # the map from above changes with the depth of the sensors
+                every = 3 if missing and how.moving and grid.depth is not None else 2
+                coarse, grid = coarse or not ridged, _coarse(grid, touch, window, every)
+                values = picture._replace(grid=grid).values(touch.components, there=ridged)
             else:
-                values = self._fields.field(finger.skin, touch, shown, grid)
+                values = self._fields.field(picture)
             most = nice(float(np.abs(_deep(values, grid, finger)).max()))
             values, grid = _seen(values, grid, touch, window)
             along, down = grid.along, grid.down
@@ -243,6 +209,37 @@ class FingerView:
             )
             fields.append(quantised(values, most))
         return metas, fields, coarse
+
+
+class Scene(NamedTuple):
+    """What a finger itself gives to each of its pictures."""
+
+    window: Window
+    said: dict[str, Any]
+
+
+@lru_cache(maxsize=64)
+def _scene(file: FingerFile) -> Scene:
+    finger, about = file.finger, drawn(file)
+    local, skin = about["area"], finger.skin
+    base = float(skin.thickness)
+    said = {
+        **about,
+        "form": form_of(file),
+        "families": {
+            name: _NAMES.get(name, name.replace("_", " ")) for name in (local_families if local else families)()
+        },
+        "quantities": {q.name: f"{q.label} [{q.unit}]" for q in offered(local=local).values()},
+        "usual": first_touch(finger).force,
+        "skin": {
+            "says": str(skin),
+            "interfaces": [float(depth) for depth in skin.interfaces],
+            "base": base if np.isfinite(base) else None,
+            "curved": bool(skin.curvature),
+        },
+        "noise": np.asarray(finger.array.noise),
+    }
+    return Scene(window_of(finger), said)
 
 
 def window_of(finger: Finger) -> Window:
@@ -321,11 +318,6 @@ def _deep(values: FloatArray, grid: FieldGrid, finger: Finger) -> FloatArray:
     return values[deep] if deep.any() else values  # a window that is held while sensors go deeper than it shows
 
 
-def _quick(finger: Finger, touch: Touch) -> bool:
-    """Whether a whole field is a matter of milliseconds."""
-    return not touch.local and finger.skin.endless
-
-
 def _inside(touch: Touch, window: Window) -> Touch:
     """The touch where it can be seen, and no wider than what is seen."""
     ends = ((window.left, window.right), (window.front, window.back))
@@ -336,45 +328,16 @@ def _inside(touch: Touch, window: Window) -> Touch:
 
 def _quantity(name: str | None, finger: Finger, touch: Touch) -> FieldKind:
     """What is shown: what was chosen, or what the first sensor feels."""
-    known = {q.name: q for q in offered(local=touch.local)}
+    known = offered(local=touch.local)
     felt = finger.array.transducers[0].component
     return known.get(name or "", known.get(felt or "", QUANTITIES["strain.xx"]))
 
 
-def _unit(finger: Finger) -> str:
-    units = {kind.unit for kind in finger.array.transducers}
-    return units.pop() if len(units) == 1 else ""
-
-
-def _skin(finger: Finger) -> dict[str, Any]:
-    skin = finger.skin
-    base = float(skin.thickness)
-    inner = [float(depth) for depth in skin.interfaces]
-    return {
-        "says": str(skin),
-        "interfaces": inner,
-        "base": base if np.isfinite(base) else None,
-        "curved": bool(skin.curvature),
-    }
-
-
-def _sensors(file: FingerFile) -> dict[str, Any]:
-    array = file.finger.array
-    depth = np.broadcast_to(np.asarray(array.depth), (len(array),))
-    return {
-        "y": array.points[:, 0],
-        "z": array.points[:, 1],
-        "depth": depth,
-        "live": np.asarray(array.live),
-        "names": list(file.names),
-    }
-
-
-def _pressure(touch: Touch, window: Window) -> dict[str, Any] | None:
+def _pressure(touch: Touch) -> dict[str, Any] | None:
     """The pressure along the surface, in shares of its largest finite value."""
-    contact = touch.contact()
     if not touch.wide:
         return None
+    contact = touch.contact
     reach = 1.02 * touch.half_width
     y = touch.position[0] + reach * np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 81))
     pressed = contact.pressure(y, touch.position[1]) if touch.local else contact.pressure(y)  # type: ignore[call-arg]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,9 +13,7 @@ from ...io.finger_file import FingerFile, parse_finger
 from ...io.units import format_quantity, quantity, rounded
 from ...skin import KINDS
 from ...transducer import kinds
-
-if TYPE_CHECKING:
-    import tomlkit
+from .state import first_touch
 
 __all__ = ["edited", "finger_of", "form_of"]
 
@@ -25,12 +23,48 @@ _SKINS = {
     "layers": "layers on a rigid base",
     "round": "round, on a core",
 }
+_LAYOUTS = {"row": "a row", "grid": "a grid", "hexagonal": "a hexagonal grid"}
 _NOISE = 0.005
 """Noise over the largest reading of a kind of sensor that is chosen."""
-_MM, _MPA = (1e3, "mm"), (1e-6, "MPa")
-_MOST_ROW, _MOST_SIDE = 128, 24
-_LENGTH_KEYS = {"sensors.pitch", "sensors.depth", "skin.radius", "skin.core_radius"}
-_WHOLE_KEYS = {"sensors.count", "sensors.rows", "sensors.columns"}
+
+
+class Offer(NamedTuple):
+    """How a kind of number is offered: its unit and limits, and how it is written into a file."""
+
+    unit: str
+    scale: float
+    step: float
+    least: float
+    most: float
+    written: Callable[[float], Any] = rounded
+    kind: str = "number"
+
+
+_LENGTH = Offer("mm", 1e3, 0.05, 1e-12, 0.2, lambda value: format_quantity(rounded(value), "m"))
+_RADIUS = _LENGTH._replace(step=0.1)
+_MODULUS = Offer("MPa", 1e-6, 0.01, 1e-12, 1e9, lambda value: format_quantity(rounded(value), "Pa"))
+_POISSON = Offer("", 1.0, 0.01, -0.99, 0.5)
+_SIZE = Offer("", 1.0, 0.0, 0.0, 1e9)
+_COUNT = Offer("", 1.0, 1, 2, 128, round, "count")
+_SIDE = _COUNT._replace(least=1, most=24)
+
+
+class Entry(NamedTuple):
+    """A number, or a choice, with its place in the file."""
+
+    key: str
+    label: str
+    value: Any
+    of: Offer | Mapping[str, str]
+
+    def said(self) -> dict[str, Any]:
+        """What a page is told of it."""
+        told = {"key": self.key, "label": self.label, "value": self.value, "group": self.key.partition(".")[0].title()}
+        if not isinstance(self.of, Offer):
+            return {**told, "kind": "choice", "choices": dict(self.of)}
+        more = self.of._asdict()
+        del more["written"]
+        return told | more
 
 
 @lru_cache(maxsize=64)
@@ -50,64 +84,59 @@ def finger_of(text: str) -> FingerFile:
     return parse_finger(text)
 
 
-def _document(text: str) -> tomlkit.TOMLDocument:
-    import tomlkit
-
-    return tomlkit.parse(text)
-
-
-def form_of(text: str, known: FingerFile | None = None) -> list[dict[str, Any]]:
+def form_of(file: FingerFile) -> list[dict[str, Any]]:
     """What can be changed: for each its key, what it is called, its value in SI, its unit and limits.
 
     Parameters
     ----------
-    text : str
-        A finger.toml.
-    known : FingerFile, optional
-        The finger itself, where a part of it lies in a file beside the text.
+    file : FingerFile
+        The finger.
     """
-    file, document = finger_of(text) if known is None else known, _document(text)
-    skin, sensors = _table(document, "skin"), _table(document, "sensors")
+    return [entry.said() for entry in _entries(file, _document(file.text))]
+
+
+def _entries(file: FingerFile, document: Any) -> Iterator[Entry]:
+    yield from _of_skin(file, document["skin"])
+    yield from _of_sensors(file, document["sensors"])
+
+
+def _of_skin(file: FingerFile, skin: Any) -> Iterator[Entry]:
     kind, area = skin.get("kind", "half_plane"), file.finger.array.on_area
-    skins = {k: v for k, v in _SKINS.items() if k in KINDS and not (area and k in ("half_plane", "round"))}
-    out = [_choice("skin.kind", "skin", kind, {**skins, kind: _SKINS.get(kind, kind)}, "Skin")]
+    offer = {k: v for k, v in _SKINS.items() if k in KINDS and not (area and k in ("half_plane", "round"))}
+    yield Entry("skin.kind", "skin", kind, {**offer, kind: _SKINS.get(kind, kind)})
     layers = list(skin.get("layers", ()))
     for i, table in enumerate(layers or [skin]):
-        prefix, name = (f"skin.layers.{i}", f"layer {i + 1} " if len(layers) > 1 else "") if layers else ("skin", "")
-        material = file.finger.skin.materials[i]
+        place, name = ("skin", "") if not layers else (f"skin.layers.{i}", f"layer {i + 1} " if len(layers) > 1 else "")
         if layers:
             thick = quantity(table["thickness"], "m", "thickness")
-            out.append(_number(f"{prefix}.thickness", f"{name}thickness", thick, _MM, 0.05, "Skin"))
+            yield Entry(f"{place}.thickness", f"{name}thickness", thick, _LENGTH)
         if table.get("material") is None:
-            out.append(_number(f"{prefix}.young", f"{name}modulus", material.young, _MPA, 0.01, "Skin"))
-            out.append(
-                _number(f"{prefix}.poisson", f"{name}Poisson’s ratio", material.poisson, (1.0, ""), 0.01, "Skin")
-            )
+            material = file.finger.skin.materials[i]
+            yield Entry(f"{place}.young", f"{name}modulus", material.young, _MODULUS)
+            yield Entry(f"{place}.poisson", f"{name}Poisson’s ratio", material.poisson, _POISSON)
     for key, name in (("radius", "radius"), ("core_radius", "radius of the core")):
         if key in skin:
-            out.append(_number(f"skin.{key}", name, quantity(skin[key], "m", key), _MM, 0.1, "Skin"))
-    layout = sensors.get("layout", "row")
+            yield Entry(f"skin.{key}", name, quantity(skin[key], "m", key), _RADIUS)
+
+
+def _of_sensors(file: FingerFile, sensors: Any) -> Iterator[Entry]:
+    array = file.finger.array
     if "y" not in sensors:
-        layouts = {"row": "a row", "grid": "a grid", "hexagonal": "a hexagonal grid"}
-        out.append(_choice("sensors.layout", "layout", layout, layouts, "Sensors"))
+        yield Entry("sensors.layout", "layout", sensors.get("layout", "row"), _LAYOUTS)
     if "count" in sensors:
-        out.append(_count("sensors.count", "count", int(sensors["count"])))
-    if "shape" in sensors:
-        for key, name, value in zip(("sensors.rows", "sensors.columns"), ("along y", "along z"), sensors["shape"]):
-            out.append(_count(key, f"count {name}", int(value)))
-    for key, name in (("pitch", "pitch"), ("depth", "depth")):
-        value = sensors.get(key)
-        if isinstance(value, str | float | int):
-            out.append(_number(f"sensors.{key}", name, quantity(value, "m", key), _MM, 0.05, "Sensors"))
-    if isinstance(sensors.get("kind", "normal_strain"), str) and "channels" not in sensors and "sensor" not in sensors:
-        offer = {name: name.replace("_", " ") for name in kinds() if not _needs(name)}
-        felt = sensors.get("kind", "normal_strain")
-        out.append(_choice("sensors.kind", "measure", felt, {**offer, felt: felt.replace("_", " ")}, "Sensors"))
-    noise = np.asarray(file.finger.array.noise)
+        yield Entry("sensors.count", "count", int(sensors["count"]), _COUNT)
+    for i, value in enumerate(sensors.get("shape", ())):
+        yield Entry(f"sensors.shape.{i}", f"count along {'yz'[i]}", int(value), _SIDE)
+    for key in ("pitch", "depth"):
+        if isinstance(sensors.get(key), str | float | int):
+            yield Entry(f"sensors.{key}", key, quantity(sensors[key], "m", key), _LENGTH)
+    felt = sensors.get("kind", "normal_strain")
+    if isinstance(felt, str) and "channels" not in sensors and "sensor" not in sensors:
+        choices = {name: name.replace("_", " ") for name in (*_plain_kinds(), felt)}
+        yield Entry("sensors.kind", "measure", felt, choices)
+    noise = np.asarray(array.noise)
     if np.ptp(noise) == 0 and not isinstance(sensors.get("noise"), list) and "sensor" not in sensors:
-        unit = file.finger.array.transducers[0].unit
-        out.append(_number("sensors.noise", "noise", float(noise[0]), (1.0, unit), 0.0, "Sensors", least=0.0))
-    return out
+        yield Entry("sensors.noise", "noise", float(noise[0]), _SIZE._replace(unit=array.transducers[0].unit))
 
 
 def edited(text: str, key: str, value: Any) -> str:
@@ -127,55 +156,37 @@ def edited(text: str, key: str, value: Any) -> str:
     InvalidValueError, FileError
         A key that is not offered, a value out of range; what such a finger cannot have.
     """
-    known = {entry["key"]: entry for entry in form_of(text)}
-    document = _document(text)
-    skin, sensors = _table(document, "skin"), _table(document, "sensors")
-    if key not in known:
+    file, document = finger_of(text), _document(text)
+    entry = next((entry for entry in _entries(file, document) if entry.key == key), None)
+    if entry is None:
         raise InvalidValueError(f"{key}", "this finger has no such number to change", "a key that the page offers")
-    entry = known[key]
-    if entry["kind"] == "choice":
-        if value not in entry["choices"]:
-            raise InvalidValueError(f"{key} = {value!r}", f"one of {', '.join(entry['choices'])} is needed", "")
-        _CHOOSE[key](document, skin, sensors, finger_of(text), str(value))
-    else:
-        number = float(value) if isinstance(value, int | float) else float("nan")
-        if not entry["least"] <= number <= entry["most"]:
-            rule = f"it has to lie between {entry['least']:g} and {entry['most']:g}"
-            raise InvalidValueError(f"{entry['label']} = {value}", rule, "")
-        _write(skin, sensors, key, number)
+    if not isinstance(entry.of, Offer):
+        if value not in entry.of:
+            raise InvalidValueError(f"{key} = {value!r}", f"one of {', '.join(entry.of)} is needed", "")
+        _CHOOSE[key](document, file, str(value))
+        return _dumped(document)
+    number = float(value) if isinstance(value, int | float) else float("nan")
+    if not entry.of.least <= number <= entry.of.most:
+        rule = f"it has to lie between {entry.of.least:g} and {entry.of.most:g}"
+        raise InvalidValueError(f"{entry.label} = {value}", rule, "")
+    *path, last = (int(part) if part.isdigit() else part for part in key.split("."))
+    table = document
+    for part in path:
+        table = table[part]
+    table[last] = entry.of.written(number)
     return _dumped(document)
 
 
-def _write(skin: Any, sensors: Any, key: str, value: float) -> None:
-    """Write a number."""
-    if key in ("sensors.rows", "sensors.columns"):
-        shape = [int(n) for n in sensors["shape"]]
-        shape[key == "sensors.columns"] = round(value)
-        sensors["shape"] = shape
-        return
-    room, *path, name = key.split(".")
-    table = skin if room == "skin" else sensors
-    for part in path:
-        table = table[int(part)] if part.isdigit() else table[part]
-    if key in _WHOLE_KEYS:
-        table[name] = round(value)
-    elif key in _LENGTH_KEYS or name == "thickness":
-        table[name] = format_quantity(rounded(value), "m")
-    elif name == "young":
-        table[name] = format_quantity(rounded(value), "Pa")
-    else:
-        table[name] = rounded(value)
-
-
-def _skin_kind(document: Any, skin: Any, sensors: Any, file: FingerFile, kind: str) -> None:
+def _skin_kind(document: Any, file: FingerFile, kind: str) -> None:
     """Another skin of the material at the surface, as thick as such fingers are."""
+    skin = document["skin"]
     material, depth = file.finger.skin.materials[0], float(np.asarray(file.finger.array.depth).max())
     for name in list(skin):
         del skin[name]
     stuff = {"young": format_quantity(material.young, "Pa"), "poisson": rounded(material.poisson)}
     skin["kind"] = kind
     if kind == "layers":
-        skin["layers"] = _layers([{"thickness": _length(3 * depth), **stuff}])
+        skin["layers"] = _layer({"thickness": _length(3 * depth), **stuff})
     else:
         for name, value in stuff.items():
             skin[name] = value
@@ -183,11 +194,12 @@ def _skin_kind(document: Any, skin: Any, sensors: Any, file: FingerFile, kind: s
         skin["radius"], skin["core_radius"] = _length(4 * depth), _length(2 * depth)
 
 
-def _layout(document: Any, skin: Any, sensors: Any, file: FingerFile, layout: str) -> None:
+def _layout(document: Any, file: FingerFile, layout: str) -> None:
     """The same pitch and depth in another order; a skin that takes sensors on an area where they are on one."""
-    before, count = sensors.get("layout", "row"), len(file.finger.array)
-    if layout != "row" and not file.finger.skin.takes_local:
-        _skin_kind(document, skin, sensors, file, "half_space" if file.finger.skin.endless else "layers")
+    sensors, finger = document["sensors"], file.finger
+    before, count = sensors.get("layout", "row"), len(finger.array)
+    if layout != "row" and not finger.skin.takes_local:
+        _skin_kind(document, file, "half_space" if finger.skin.endless else "layers")
     if layout == "row":
         sensors.pop("shape", None)
         sensors["count"] = min(count, 8)
@@ -201,40 +213,39 @@ def _layout(document: Any, skin: Any, sensors: Any, file: FingerFile, layout: st
             document.pop(name, None)
 
 
-def _sensor_kind(document: Any, skin: Any, sensors: Any, file: FingerFile, kind: str) -> None:
+def _sensor_kind(document: Any, file: FingerFile, kind: str) -> None:
     """Another kind of sensor, with noise of some share of what it reads of the first touch."""
-    from .touch import first_touch
-
+    sensors = document["sensors"]
     sensors["kind"] = kind
     for name in ("gain", "offset", "low", "high", "resolution"):
         sensors.pop(name, None)
     sensors["noise"] = 1.0
     changed = parse_finger(_dumped(document)).finger
-    read = np.abs(changed.measure(first_touch(changed).contact()))
+    read = np.abs(changed.measure(first_touch(changed).contact))
     sensors["noise"] = float(f"{_NOISE * float(read.max()) or 1.0:.1g}")
 
 
-_CHOOSE: Mapping[str, Callable[[Any, Any, Any, FingerFile, str], None]] = {
+_CHOOSE: Mapping[str, Callable[[Any, FingerFile, str], None]] = {
     "skin.kind": _skin_kind,
     "sensors.layout": _layout,
     "sensors.kind": _sensor_kind,
 }
 
 
-def _table(document: Any, name: str) -> Any:
-    return document[name]
+def _plain_kinds() -> Iterator[str]:
+    """Kinds of sensors that need no arguments, and are not the memo's own curiosity."""
+    for name, kind in kinds().items():
+        try:
+            kind()
+        except TypeError:
+            continue
+        yield name
 
 
-def _layers(rows: list[dict[str, Any]]) -> Any:
+def _document(text: str) -> Any:
     import tomlkit
 
-    made = tomlkit.aot()
-    for row in rows:
-        table = tomlkit.table()
-        for name, value in row.items():
-            table.add(name, value)
-        made.append(table)
-    return made
+    return tomlkit.parse(text)
 
 
 def _dumped(document: Any) -> str:
@@ -243,53 +254,15 @@ def _dumped(document: Any) -> str:
     return tomlkit.dumps(document)
 
 
+def _layer(row: Mapping[str, Any]) -> Any:
+    import tomlkit
+
+    table, made = tomlkit.table(), tomlkit.aot()
+    for name, value in row.items():
+        table.add(name, value)
+    made.append(table)
+    return made
+
+
 def _length(value: float) -> str:
     return format_quantity(float(f"{value:.2g}"), "m")
-
-
-def _needs(kind: str) -> bool:
-    """Whether a kind of sensor needs arguments, or is the memo's own curiosity."""
-    try:
-        kinds()[kind]()
-    except TypeError:
-        return True
-    return False
-
-
-def _number(
-    key: str, label: str, value: float, unit: tuple[float, str], step: float, group: str, least: float = 1e-12
-) -> dict[str, Any]:
-    most = 0.5 if key.endswith("poisson") else 1e9 if unit[1] not in ("mm",) else 0.2
-    least = -0.99 if key.endswith("poisson") else least
-    return {
-        "key": key,
-        "label": label,
-        "kind": "number",
-        "value": value,
-        "scale": unit[0],
-        "unit": unit[1],
-        "step": step,
-        "least": least,
-        "most": most,
-        "group": group,
-    }
-
-
-def _count(key: str, label: str, value: int) -> dict[str, Any]:
-    most = _MOST_SIDE if key != "sensors.count" else _MOST_ROW
-    return {
-        "key": key,
-        "label": label,
-        "kind": "count",
-        "value": value,
-        "scale": 1.0,
-        "unit": "",
-        "step": 1,
-        "least": 1 if key != "sensors.count" else 2,
-        "most": most,
-        "group": "Sensors",
-    }
-
-
-def _choice(key: str, label: str, value: str, choices: Mapping[str, str], group: str) -> dict[str, Any]:
-    return {"key": key, "label": label, "kind": "choice", "value": value, "choices": dict(choices), "group": group}

@@ -1,36 +1,56 @@
-"""The view of the memo: a figure for its number and the values of its numbers."""
+"""The view of the memo: a figure for its number and the values of its numbers, and what is known of its equations.
+
+A formula goes from the LaTeX in which `ERRATA` has it to a tree that a page makes into MathML. A tree is a list [kind,
+part, ...]: "row" of parts, "frac" and "sqrt", "sup", "sub" and "both" of a base, and the leaves "i" (a name), "n" (a
+number), "o" (a sign), "t" (text), "s" (room).
+"""
 
 from __future__ import annotations
 
 import re
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from ....errors import InvalidValueError
 from ....memo import ERRATA
+from ...view import FromPage, View, asked
 from .contacts import FIGURES as CONTACTS
 from .figure import Figure
-from .formula import tree_of, words_of
-from .lines import FIGURES as LINES
 from .particle import FIGURES as PARTICLE
 from .waves import FIGURES as WAVES
 
-__all__ = ["MemoState", "look"]
+__all__ = ["MemoState", "MemoView", "look", "tree_of", "words_of"]
 
-_ALL = {f.key: f for f in sorted((*LINES, *CONTACTS, *WAVES, *PARTICLE), key=lambda f: int(f.key))}
+_ALL = {f.key: f for f in sorted((*CONTACTS, *WAVES, *PARTICLE), key=lambda f: int(f.key))}
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 """The hyphen of a negative number."""
+_TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[0-9][0-9.e]*|[A-Za-z]|[{}^_]|\S")
+_NAMES = {"alpha": "α", "nu": "ν", "pi": "π", "rho": "ρ", "epsilon": "ε", "sigma": "σ", "theta": "θ"}
+_SIGNS = {"approx": "≈", "ge": "≥", "cdot": "·", "|": "|"}
+_FUNCTIONS = {"sin", "cos", "tan", "cot"}
+
+Tree = list[Any]
 
 
-class MemoState(BaseModel):
+class MemoState(FromPage):
     """What a page shows of the memo: the figure, and its numbers."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
     figure: str = Field(default="2", max_length=8)
-    values: Annotated[dict[str, float], Field(max_length=12)] = {}
+    values: dict[str, float] = Field(default_factory=dict, max_length=12)
+
+
+_FIRST = MemoState()
+
+
+class MemoView(View):
+    """The figures, as a hand moves their numbers."""
+
+    @asked
+    def look(self, state: MemoState = _FIRST) -> dict[str, Any]:
+        """What a page draws; as the function `look`."""
+        return look(state)
 
 
 def look(given: MemoState) -> dict[str, Any]:
@@ -79,3 +99,90 @@ def _equations(key: str) -> list[dict[str, Any]]:
         for one in ERRATA
         if one.equation in figure.equations
     ]
+
+
+def tree_of(formula: str) -> Tree:
+    """The tree of a formula.
+
+    Parameters
+    ----------
+    formula : str
+        LaTeX, of what `ERRATA` uses.
+
+    Examples
+    --------
+    >>> tree_of(r"a^2/x_1")
+    ['row', ['sup', ['i', 'a'], ['n', '2']], ['o', '/'], ['sub', ['i', 'x'], ['n', '1']]]
+    """
+    tokens = _TOKEN.findall(formula)
+    tree, rest = _row(tokens, 0)
+    assert rest == len(tokens), formula
+    return tree
+
+
+def words_of(text: str) -> list[list[Any]]:
+    """Paragraphs of a finding; each a list of words and of trees of formulas. Tables are left out.
+
+    Parameters
+    ----------
+    text : str
+        Markdown with formulas between dollar signs.
+
+    Examples
+    --------
+    >>> words_of("It is $2 a$.")
+    [['It is ', ['row', ['n', '2'], ['i', 'a']], '.']]
+    """
+    lines = [
+        line.removeprefix("- ").replace("**", "") for line in text.split("\n") if line and not line.startswith("|")
+    ]
+    parts = (re.split(r"\$(.+?)\$", line) for line in lines)
+    return [[tree_of(part) if k % 2 else part for k, part in enumerate(line) if part] for line in parts]
+
+
+def _row(tokens: list[str], at: int) -> tuple[Tree, int]:
+    """Parts up to a closing brace or the end."""
+    parts: Tree = ["row"]
+    while at < len(tokens) and tokens[at] != "}":
+        if tokens[at] in "^_":
+            parts[-1], at = _raised(parts[-1], tokens, at)
+        else:
+            part, at = _part(tokens, at)
+            if part:
+                parts.append(part)
+    return parts, at
+
+
+def _raised(base: Tree, tokens: list[str], at: int) -> tuple[Tree, int]:
+    """The part before with what stands above or below it."""
+    kind = "sup" if tokens[at] == "^" else "sub"
+    more, at = _part(tokens, at + 1)
+    if base[0] == "sub" and kind == "sup":
+        return ["both", base[1], base[2], more], at
+    return [kind, base, more], at
+
+
+def _part(tokens: list[str], at: int) -> tuple[Tree, int]:
+    """One part."""
+    token = tokens[at]
+    at += 1
+    if token == "{":
+        tree, at = _row(tokens, at)
+        return (tree[1] if len(tree) == 2 else tree), at + 1
+    if not token.startswith("\\"):
+        kind = "n" if token[0].isdigit() else "i" if token.isalpha() else "o"
+        return [kind, "−" if token == "-" else token], at
+    name = token[1:]
+    if name in ("frac", "sqrt"):
+        parts: Tree = [name]
+        for _ in range(2 if name == "frac" else 1):
+            part, at = _part(tokens, at)
+            parts.append(part)
+        return parts, at
+    if name in ("left", "right"):
+        return ["o", tokens[at]], at + 1
+    if name in ("quad", ",", ";", " "):
+        return ["s", 1.0 if name == "quad" else 0.17], at
+    if name in _FUNCTIONS:
+        return ["t", name], at
+    return (["i", _NAMES[name]] if name in _NAMES else ["o", _SIGNS.get(name, name)]), at

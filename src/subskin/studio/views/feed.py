@@ -1,22 +1,26 @@
-"""What a page is told of a stream: how it stands now, the last minutes in steps, and what happened."""
+"""What runs in a thread of its own behind a view, a device or a recording, and what is told of its stream."""
 
 from __future__ import annotations
 
 import math
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ....decide.verdict import SlipVerdict
-from ....estimate import Status
-from ....io.finger_file import FingerFile
-from ....live.batch import Batch
-from ..found import STATUS, rows_of
+from ...decide.verdict import SlipVerdict
+from ...errors import SubskinError
+from ...estimate import Status
+from ...io.finger_file import FingerFile
+from ...live.batch import Batch
+from ..view import View
+from .answer import STATUS, rows_of
 
-__all__ = ["Track"]
+__all__ = ["Fed", "Feed", "Track"]
 
 _STEP = 0.05
 """Seconds of a step of the history: of its frames the mean, and of the force the largest too."""
@@ -167,3 +171,87 @@ def _load(load: Any) -> dict[str, Any] | None:
 def _mean(values: Any) -> float:
     finite = values[np.isfinite(values)]
     return float(finite.mean()) if finite.size else math.nan
+
+
+class Feed(ABC):
+    """What runs in the thread; `tell` is called when there is something new.
+
+    Parameters
+    ----------
+    name : str
+        Of the device or the recording.
+    tell : callable
+        Called from the thread.
+    """
+
+    def __init__(self, name: str, tell: Callable[[], object]) -> None:
+        self.name, self._tell = name, tell
+        self.track: Track | None = None
+        self.state, self.fault = "starting", ""
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="subskin studio live", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End, and wait for it."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(10.0)
+
+    def told(self) -> dict[str, Any]:
+        """What a page is told."""
+        track = self.track
+        return {"name": self.name, "run": self.state, "fault": self.fault, **({} if track is None else track.told())}
+
+    def _run(self) -> None:
+        try:
+            self._follow()
+            self.state = "ended"
+        except (SubskinError, OSError) as error:
+            self.state, self.fault = "failed", str(error)
+        self._tell()
+
+    @abstractmethod
+    def _follow(self) -> None:
+        """Take batches until their source ends or `_stop` is set."""
+
+
+_Feed = TypeVar("_Feed", bound=Feed)
+
+
+class Fed(View, Generic[_Feed]):
+    """A view that tells of one feed at a time.
+
+    Parameters
+    ----------
+    wake : callable
+        As of `View`.
+    file : callable
+        The finger of a text, or of the command where there is none.
+    """
+
+    number = 0
+
+    def __init__(self, wake: Callable[[], object], file: Callable[[str | None], FingerFile]) -> None:
+        super().__init__(wake)
+        self._file = file
+        self.feed: _Feed | None = None
+
+    def told(self) -> dict[str, Any]:
+        """What a page that watches is told."""
+        return {"run": "idle"} if self.feed is None else self.feed.told()
+
+    def close(self) -> None:
+        """Stop what runs."""
+        if self.feed is not None:
+            self.feed.close()
+            self._tell()
+
+    def _follow(self, feed: _Feed) -> None:
+        self.close()
+        self.feed = feed
+        feed.start()
+        self._tell()

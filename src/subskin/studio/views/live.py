@@ -1,71 +1,40 @@
-"""Where a live view's batches come from: a device, or a recording that is played; each in a thread of its own."""
+"""The live view: a device, or a recording that is played; one at a time, which all pages see."""
 
 from __future__ import annotations
 
-import threading
+import re
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from ....errors import FileError, SubskinError
-from ....io.finger_file import FingerFile
-from ....live.record import Recorder
-from ....live.recording.source import opened
-from ....live.replay import Replay
-from ....live.run import live
-from .track import Track
+from pydantic import Field
 
-__all__ = ["DeviceFeed", "Feed", "PlayedFeed"]
+from ...errors import FileError, InvalidValueError, SubskinError
+from ...io.finger_file import FingerFile
+from ...live.record import Recorder
+from ...live.recording.source import opened
+from ...live.replay import Replay
+from ...live.run import live
+from ..view import FromPage, asked, done, drawn
+from .feed import Fed, Feed, Track
+
+__all__ = ["LiveView"]
 
 _WAIT = 0.05
+_SLIP = re.compile(r"\s*(\d*\.?\d+)\s*(?:\.\.\s*(\d*\.?\d+)\s*)?")
+_RECORDINGS = (".parquet", ".arrows")
 
 
-class Feed(ABC):
-    """What runs in the thread; `tell` is called when there is something new.
+class Start(FromPage):
+    """What a page asks to be followed."""
 
-    Parameters
-    ----------
-    name : str
-        Of the device or the recording.
-    tell : callable
-        Called from the thread.
-    """
-
-    def __init__(self, name: str, tell: Callable[[], object]) -> None:
-        self.name, self._tell = name, tell
-        self.track: Track | None = None
-        self.state, self.fault = "starting", ""
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="subskin studio live", daemon=True)
-
-    def start(self) -> None:
-        """Begin."""
-        self._thread.start()
-
-    def close(self) -> None:
-        """End, and wait for it."""
-        self._stop.set()
-        if self._thread.is_alive():
-            self._thread.join(10.0)
-
-    def told(self) -> dict[str, Any]:
-        """What a page is told."""
-        track = self.track
-        return {"name": self.name, "run": self.state, "fault": self.fault, **({} if track is None else track.told())}
-
-    def _run(self) -> None:
-        try:
-            self._follow()
-            self.state = "ended"
-        except (SubskinError, OSError) as error:
-            self.state, self.fault = "failed", str(error)
-        self._tell()
-
-    @abstractmethod
-    def _follow(self) -> None:
-        """Take batches until their source ends or `_stop` is set."""
+    port: str = Field(max_length=500)
+    driver: str = Field(default="", max_length=200)
+    slip: str = Field(default="", max_length=40)
+    fit: str = Field(default="", max_length=40)
+    begin: float = Field(default=0.0, ge=0.0, le=1e7)
+    speed: Annotated[float, Field(gt=0.0, le=1000.0)] = 1.0
 
 
 class DeviceFeed(Feed):
@@ -118,7 +87,7 @@ class DeviceFeed(Feed):
         """
         self._orders.append(lambda: self._begin_recording(folder) if on else self._end_recording())
 
-    def told(self) -> dict[str, Any]:  # noqa: D102
+    def told(self) -> dict[str, Any]:
         live = self._live
         more = {} if live is None else {"frames": live.frames, "lost": live.lost, "bad": live.bad}
         return {**super().told(), **more, "kind": "device", "recording": self.recording, "recorded": self.recorded}
@@ -189,7 +158,7 @@ class PlayedFeed(Feed):
         self.begin, self.speed = begin, speed
         self.at, self.whole = begin, 0.0
 
-    def told(self) -> dict[str, Any]:  # noqa: D102
+    def told(self) -> dict[str, Any]:
         return {**super().told(), "kind": "recording", "at": self.at, "whole": self.whole, "speed": self.speed}
 
     def _follow(self) -> None:
@@ -221,3 +190,93 @@ def _length(path: str) -> float:
     if first is None or last is None:
         raise FileError(path, "there is nothing in it", "record again")
     return last - first
+
+
+class LiveView(Fed[Feed]):
+    """What a device or a recording says; the same for all pages.
+
+    Parameters
+    ----------
+    wake, file
+        As of `Fed`.
+    first : str, optional
+        What is offered at the beginning: the device or recording of the command.
+    """
+
+    def __init__(
+        self, wake: Callable[[], object], file: Callable[[str | None], FingerFile], first: str | None = None
+    ) -> None:
+        super().__init__(wake, file)
+        self.first = first or "demo"
+
+    @asked
+    def begin(self, finger: str | None = None) -> dict[str, Any]:
+        """The finger of what runs, or else the one that would."""
+        track = self._track
+        file = self._file(finger) if track is None else track.file
+        return {"first": self.first, **self.history(), **drawn(file, file.finger.relative)}
+
+    @asked
+    def history(self) -> dict[str, Any]:
+        """All steps that are kept of what runs."""
+        return {"history": [] if self._track is None else self._track.history()}
+
+    @done
+    def start(self, start: Start, finger: str | None = None) -> None:
+        """Follow a device, or play a recording."""
+        if start.port.lower().endswith(_RECORDINGS):
+            self._follow(PlayedFeed(start.port, self._tell, begin=start.begin, speed=start.speed))
+            return
+        options: dict[str, Any] = {name: value for name in ("driver", "fit") if (value := getattr(start, name))}
+        if start.slip.strip():
+            options["slip"] = _friction(start.slip)
+        self._follow(DeviceFeed(self._file(finger), start.port or None, options, self._tell))
+
+    @done
+    def stop(self) -> None:
+        """Stop what runs."""
+        self.close()
+
+    @done
+    def seek(self, begin: float = 0.0, speed: float = 1.0) -> None:
+        """Play the recording from another time on."""
+        if not isinstance(self.feed, PlayedFeed):
+            raise _nothing("seek")
+        speed = min(max(speed, 0.05), 100.0)
+        self._follow(PlayedFeed(self.feed.name, self._tell, begin=max(begin, 0.0), speed=speed))
+
+    @done
+    def zero(self) -> None:
+        """Nothing touches now."""
+        self._device("zero").zero()
+
+    @done
+    def mark(self, text: str = "") -> None:
+        """An event with a text."""
+        self._device("mark").mark(text[:200] or "mark")
+
+    @done
+    def record(self, on: bool = False) -> None:
+        """Begin to record, or stop."""
+        self._device("record").record(on, Path.cwd())
+
+    @property
+    def _track(self) -> Track | None:
+        return None if self.feed is None else self.feed.track
+
+    def _device(self, do: str) -> DeviceFeed:
+        if not isinstance(self.feed, DeviceFeed):
+            raise _nothing(do)
+        return self.feed
+
+
+def _nothing(do: str) -> InvalidValueError:
+    return InvalidValueError(f"live: {do}", "nothing runs for which that could be done", "start a device first")
+
+
+def _friction(text: str) -> float | tuple[float, float]:
+    match = _SLIP.fullmatch(text)
+    if match is None:
+        raise InvalidValueError(f'friction "{text}"', "a number or a range is needed", "0.5, or 0.4..0.8")
+    low = float(match[1])
+    return low if match[2] is None else (low, float(match[2]))

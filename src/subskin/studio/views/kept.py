@@ -1,4 +1,4 @@
-"""What a page shows of a finger as a Python program that does the same."""
+"""What a page shows of a finger, to keep: a figure as of `subskin.plot`, and a Python program that does the same."""
 
 from __future__ import annotations
 
@@ -6,9 +6,34 @@ import numpy as np
 
 from ...contact import LocalContact
 from .finger import shown_of
-from .finger_state import FingerState
+from .state import FingerState
 
-__all__ = ["script_of"]
+__all__ = ["picture_of", "script_of"]
+
+_TOP = {"LineLoad", "Hertz", "FlatPunch", "Strip", "Wedge", "PointLoad", "RoundHertz", "Patch"}
+
+
+def picture_of(state: FingerState, kind: str) -> bytes:
+    """The file of the figure.
+
+    Parameters
+    ----------
+    state : FingerState
+        What the page shows.
+    kind : {"svg", "png"}
+        Of which kind.
+
+    Raises
+    ------
+    SubskinError
+        A finger or a touch that cannot be.
+    """
+    from ...plot import finger_figure
+    from ...plot.style import encoded
+
+    shown = shown_of(state)
+    figure = finger_figure(shown.finger, shown.contact, shown.estimate, component=shown.component)
+    return encoded(figure, kind)
 
 
 def script_of(state: FingerState) -> str:
@@ -51,6 +76,3 @@ found = {find}
 print(found)
 ss.plot.save(file.finger.plot(touch, found, component="{shown.component}"), "finger.svg")
 '''
-
-
-_TOP = {"LineLoad", "Hertz", "FlatPunch", "Strip", "Wedge", "PointLoad", "RoundHertz", "Patch"}
