@@ -34,7 +34,7 @@ _FEWEST = 20
 """Equal readings before a sensor is called frozen."""
 
 
-class Followed(NamedTuple):
+class TaredFrames(NamedTuple):
     """What is filled for each frame: (m, n), and `free` (m,).
 
     `given` are the readings as if the offsets were the finger's own. To `doubt`, (0, n) where there is none, is added

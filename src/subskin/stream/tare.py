@@ -275,7 +275,7 @@ class Tare(Stage[TareState, Tared]):
                 seen = f"doubt of shape {more.shape}, readings of shape {data.shape}"
                 raise GeometryError(seen, "one is needed for each reading", "doubt=None")
             more = more.reshape(-1, n).copy()
-        filled = kernel.Followed(given, offset, free, frozen, more)
+        filled = kernel.TaredFrames(given, offset, free, frozen, more)
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(

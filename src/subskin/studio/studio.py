@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from ..errors import InvalidValueError
 from ..io.finger_file import load, parse_finger
-from .view import Answer, View
+from .view import Answer, StudioView
 from .views.answer import FingerAnswers
 from .views.calibrate import CalibrateView
 from .views.design import DesignView
@@ -50,7 +50,7 @@ class Studio:
         self.clients: set[Woken] = set()
         own = parse_finger(EXAMPLE, "the example") if file is None else load(file)
         answers = FingerAnswers(own)
-        self._views: dict[str, View] = {
+        self._views: dict[str, StudioView] = {
             "finger": FingerView(answers, "finger.toml" if file is None else Path(file).name),
             "answer": answers,
             "live": LiveView(self.wake, answers.file, device),
@@ -60,7 +60,7 @@ class Studio:
         # loops are compiled while the browser opens
         self.hand("answer").submit(answers.find, FingerState(text=own.text))
 
-    def view(self, name: str) -> View:
+    def view(self, name: str) -> StudioView:
         """The view of a name.
 
         Parameters

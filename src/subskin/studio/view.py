@@ -13,7 +13,7 @@ from ..errors import InvalidValueError
 from ..io.finger_file import FingerFile
 from ..loads import force_unit
 
-__all__ = ["Answer", "FromPage", "View", "asked", "done", "drawn"]
+__all__ = ["Answer", "FromPage", "StudioView", "asked", "done", "drawn"]
 
 Answer = tuple[dict[str, Any], list[npt.NDArray[np.uint8]]]
 """What goes as JSON, and fields that go as they are."""
@@ -41,7 +41,7 @@ def done(method: _Method) -> _Method:
     return checked  # type: ignore[no-any-return]
 
 
-class View:
+class StudioView:
     """One view, the same for all pages.
 
     Parameters
@@ -51,7 +51,7 @@ class View:
 
     Examples
     --------
-    >>> class Lamp(View):
+    >>> class Lamp(StudioView):
     ...     on = False
     ...     @done
     ...     def switch(self, on: bool) -> None:

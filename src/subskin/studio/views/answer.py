@@ -13,11 +13,12 @@ import numpy as np
 
 from ..._check import FloatArray
 from ..._shown import with_error
+from ...contact import Contact, LocalContact
 from ...errors import SubskinError
 from ...estimate import Status
 from ...io.finger_file import FingerFile
 from ...loads import force_unit
-from ..view import View, asked
+from ..view import StudioView, asked
 from .form import finger_of
 from .state import FingerState, Touch, fitting, pressing
 
@@ -51,7 +52,7 @@ _KEPT = 64
 """Fingers of which it is known that they answer at once: as many as `finger_of` keeps."""
 
 
-class FingerAnswers(View):
+class FingerAnswers(StudioView):
     """What the readings of a state say: at once where the finger has answered before.
 
     Parameters
@@ -113,7 +114,7 @@ class FingerAnswers(View):
         """
         file = self.file(state.text)
         touch = fitting(state.touch, file.finger)
-        found, kind = _told(file, touch, read(state, file, touch), state.find), _kind(state, touch)
+        found, kind = _told(file, touch, read(state, file, touch.contact), state.find), _kind(state, touch)
         self._ready[kind] = None
         self._ready.move_to_end(kind)
         if len(self._ready) > _KEPT:
@@ -121,7 +122,7 @@ class FingerAnswers(View):
         return {"found": found}
 
 
-def read(state: FingerState, file: FingerFile, touch: Touch) -> FloatArray:
+def read(state: FingerState, file: FingerFile, contact: Contact | LocalContact) -> FloatArray:
     """What the sensors read of a touch, with the noise that the state has, if any.
 
     Parameters
@@ -130,11 +131,11 @@ def read(state: FingerState, file: FingerFile, touch: Touch) -> FloatArray:
         What a page shows.
     file : FingerFile
         Its finger.
-    touch : Touch
+    contact : Contact or LocalContact
         What presses.
     """
     noise = None if state.seed is None else np.random.default_rng(state.seed)
-    return file.finger.read(touch.contact, noise)
+    return file.finger.read(contact, noise)
 
 
 def searched(file: FingerFile, touch: Touch, readings: FloatArray, find: str) -> Any:

@@ -34,7 +34,7 @@ class Begin(FromPage):
     driver: str = Field(default="", max_length=200)
 
 
-class Touches(FromPage):
+class TouchesMade(FromPage):
     """Touches that were made before."""
 
     name: str = Field(max_length=200)
@@ -87,7 +87,7 @@ class CalibrateView(Fed[BenchFeed | TouchesFeed]):
         self._follow(BenchFeed(bench, self.port, self._tell, start.driver.strip()))
 
     @done
-    def file(self, file: Touches, finger: str | None = None) -> None:
+    def file(self, file: TouchesMade, finger: str | None = None) -> None:
         """Fit the finger to touches that were made before."""
         self._follow(TouchesFeed(self._file(finger), file.name, file.text, _listed(file.fit), self._tell))
 

@@ -21,7 +21,7 @@ from ...design.search import DesignedFinger, DesignGrid, DesignStudy
 from ...design.words import reasons_of, remedies_of, verdict_of
 from ...errors import InvalidValueError, SubskinError
 from ...io.goals_file import GoalsFile, finger_text, parse_goals
-from ..view import View, asked, done
+from ..view import StudioView, asked, done
 
 __all__ = ["DesignView"]
 
@@ -86,7 +86,7 @@ def _searched(pipe: Connection, text: str, rows: Rows) -> None:
         sent.say("fault", str(error))
 
 
-class DesignView(View):
+class DesignView(StudioView):
     """One search at a time, which all pages see.
 
     Parameters

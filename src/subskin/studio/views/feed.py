@@ -17,7 +17,7 @@ from ...errors import SubskinError
 from ...estimate import Status
 from ...io.finger_file import FingerFile
 from ...live.batch import Batch
-from ..view import View
+from ..view import StudioView
 from .answer import STATUS, rows_of
 
 __all__ = ["Fed", "Feed", "Track"]
@@ -222,13 +222,13 @@ class Feed(ABC):
 _Feed = TypeVar("_Feed", bound=Feed)
 
 
-class Fed(View, Generic[_Feed]):
+class Fed(StudioView, Generic[_Feed]):
     """A view that tells of one feed at a time.
 
     Parameters
     ----------
     wake : callable
-        As of `View`.
+        As of `StudioView`.
     file : callable
         The finger of a text, or of the command where there is none.
     """

@@ -20,7 +20,17 @@ from ...skin import Skin
 from ...tensor import State
 from .state import Touch, pressing
 
-__all__ = ["QUANTITIES", "RANGE", "FieldGrid", "FieldKind", "Picture", "UnitFields", "nice", "offered", "quantised"]
+__all__ = [
+    "QUANTITIES",
+    "RANGE",
+    "FieldDrawing",
+    "FieldGrid",
+    "FieldKind",
+    "UnitFields",
+    "nice",
+    "offered",
+    "quantised",
+]
 
 _KEPT = 96
 """Fields of unit loads that are kept."""
@@ -87,7 +97,7 @@ class FieldGrid(NamedTuple):
         return tuple(first + step * np.arange(count) for first, step, count in (self.along, self.down))  # type: ignore[return-value]
 
 
-class Picture(NamedTuple):
+class FieldDrawing(NamedTuple):
     """What is to be drawn: which field, under which touch, at which points about it."""
 
     skin: Skin
@@ -127,39 +137,39 @@ class UnitFields:
     def __init__(self) -> None:
         self._kept: OrderedDict[tuple[Any, ...], FloatArray] = OrderedDict()
 
-    def field(self, picture: Picture) -> FloatArray:
+    def field(self, picture: FieldDrawing) -> FloatArray:
         """Values of what is shown at the grid's points, in its unit for people, shape (down, along).
 
         Parameters
         ----------
-        picture : Picture
+        picture : FieldDrawing
             What is to be drawn.
         """
         components = picture.touch.components
         return np.asarray(sum(components[i] * self._unit(picture, i) for i in picture.parts()))
 
-    def missing(self, picture: Picture) -> list[int]:
+    def missing(self, picture: FieldDrawing) -> list[int]:
         """Components whose fields have to be worked out for `field`.
 
         Parameters
         ----------
-        picture : Picture
+        picture : FieldDrawing
             What is to be drawn.
         """
         return [i for i in picture.parts() if _key(picture, i) not in self._kept]
 
-    def prepare(self, picture: Picture) -> None:
+    def prepare(self, picture: FieldDrawing) -> None:
         """Work out one field that is missing, if any.
 
         Parameters
         ----------
-        picture : Picture
+        picture : FieldDrawing
             What is to be drawn.
         """
         for component in self.missing(picture)[:1]:
             self._unit(picture, component)
 
-    def _unit(self, picture: Picture, component: int) -> FloatArray:
+    def _unit(self, picture: FieldDrawing, component: int) -> FloatArray:
         key = _key(picture, component)
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -171,7 +181,7 @@ class UnitFields:
         return made
 
 
-def _key(picture: Picture, component: int) -> tuple[Any, ...]:
+def _key(picture: FieldDrawing, component: int) -> tuple[Any, ...]:
     """What a unit field depends on: not on where the touch lies, nor how hard it presses."""
     skin, touch, shown, grid = picture
     return skin, touch.family, touch.half_width if touch.wide else 0.0, touch.local, shown.name, grid, component

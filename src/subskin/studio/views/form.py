@@ -50,7 +50,7 @@ _SIDE = _COUNT._replace(least=1, most=24)
 
 
 class Entry(NamedTuple):
-    """A number, or a choice, with its place in the file."""
+    """A number, or a choice, and where it stands in the file."""
 
     key: str
     label: str
@@ -106,14 +106,14 @@ def _of_skin(file: FingerFile, skin: Any) -> Iterator[Entry]:
     yield Entry("skin.kind", "skin", kind, {**offer, kind: _SKINS.get(kind, kind)})
     layers = list(skin.get("layers", ()))
     for i, table in enumerate(layers or [skin]):
-        place, name = ("skin", "") if not layers else (f"skin.layers.{i}", f"layer {i + 1} " if len(layers) > 1 else "")
+        at, name = ("skin", "") if not layers else (f"skin.layers.{i}", f"layer {i + 1} " if len(layers) > 1 else "")
         if layers:
             thick = quantity(table["thickness"], "m", "thickness")
-            yield Entry(f"{place}.thickness", f"{name}thickness", thick, _LENGTH)
+            yield Entry(f"{at}.thickness", f"{name}thickness", thick, _LENGTH)
         if table.get("material") is None:
             material = file.finger.skin.materials[i]
-            yield Entry(f"{place}.young", f"{name}modulus", material.young, _MODULUS)
-            yield Entry(f"{place}.poisson", f"{name}Poisson’s ratio", material.poisson, _POISSON)
+            yield Entry(f"{at}.young", f"{name}modulus", material.young, _MODULUS)
+            yield Entry(f"{at}.poisson", f"{name}Poisson’s ratio", material.poisson, _POISSON)
     for key, name in (("radius", "radius"), ("core_radius", "radius of the core")):
         if key in skin:
             yield Entry(f"skin.{key}", name, quantity(skin[key], "m", key), _RADIUS)

@@ -2,15 +2,55 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from ...contact import LocalContact
-from .finger import shown_of
-from .state import FingerState
+from ...contact import Contact, LocalContact
+from ...errors import SubskinError
+from ...finger import Finger
+from .answer import fitted_family, read, searched
+from .form import finger_of
+from .state import FingerState, Touch, fitting
+from .window import inside, quantity_of, window_of
 
-__all__ = ["picture_of", "script_of"]
+__all__ = ["FingerShown", "picture_of", "script_of", "shown_of"]
 
 _TOP = {"LineLoad", "Hertz", "FlatPunch", "Strip", "Wedge", "PointLoad", "RoundHertz", "Patch"}
+
+
+class FingerShown(NamedTuple):
+    """What a state shows, as the library has it."""
+
+    finger: Finger
+    touch: Touch
+    contact: Contact | LocalContact
+    estimate: Any
+    component: str
+    family: str
+
+
+def shown_of(state: FingerState) -> FingerShown:
+    """What a state shows, as the library has it.
+
+    Parameters
+    ----------
+    state : FingerState
+        What a page shows.
+
+    Raises
+    ------
+    SubskinError
+        A finger or a touch that cannot be.
+    """
+    file = finger_of(state.text)
+    touch = inside(fitting(state.touch, file.finger), window_of(file.finger))
+    try:
+        found = searched(file, touch, read(state, file, touch.contact), state.find)
+    except SubskinError:
+        found = None
+    shown = quantity_of(state.show, file.finger, touch).name
+    return FingerShown(file.finger, touch, touch.contact, found, shown, fitted_family(touch))
 
 
 def picture_of(state: FingerState, kind: str) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydantic import Field
 
 from ..._check import FloatArray
 from ...contact import Contact, LineLoad, LocalContact, PointLoad, families, family_of, local_families, local_family_of
+from ...errors import InvalidValueError
 from ...finger import Finger
 from ..view import FromPage
 
@@ -38,20 +39,22 @@ class Touch(FromPage):
         """Whether it ends along z."""
         return len(self.position) == 2
 
-    @cached_property
+    @property
     def wide(self) -> bool:
         """Whether its family has a width."""
-        kind: Any = (local_families() if self.local else families()).get(self.family)
-        return kind is not None and not issubclass(kind, _NARROW)
+        try:
+            return not issubclass(_class_of(self.family, self.local), _NARROW)
+        except InvalidValueError:
+            return False
 
-    @cached_property
+    @property
     def components(self) -> FloatArray:
         """N and T [N/m], or N, Ty and Tz [N]."""
         drag = self.force * np.sin(self.angle)
         drags = (drag * np.cos(self.azimuth), drag * np.sin(self.azimuth)) if self.local else (drag,)
         return np.array([self.force * np.cos(self.angle), *drags])
 
-    @cached_property
+    @property
     def contact(self) -> Contact | LocalContact:
         """What presses; an unknown family raises an InvalidValueError."""
         return pressing(self.family, self.components, self.position, self.half_width if self.wide else None)
@@ -112,11 +115,17 @@ def pressing(family: str, components: FloatArray, position: Any, half_width: flo
         An unknown family, a value out of range.
     """
     wide = {} if half_width is None else {"half_width": half_width}
-    if len(components) == 2:
-        long: Any = family_of(family)
-        return long.of_components(components, position[0], **wide)  # type: ignore[no-any-return]
-    local: Any = local_family_of(family)
-    return local(components=components, position=tuple(position), **wide)  # type: ignore[no-any-return]
+    local = len(components) == 3
+    kind = _class_of(family, local)
+    if local:
+        return kind(components=components, position=tuple(position), **wide)  # type: ignore[no-any-return]
+    return kind.of_components(components, position[0], **wide)  # type: ignore[no-any-return]
+
+
+@lru_cache(maxsize=64)
+def _class_of(family: str, local: bool) -> Any:
+    """The class of a family, kept once it is known."""
+    return local_family_of(family) if local else family_of(family)
 
 
 def first_touch(finger: Finger) -> Touch:

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from ....errors import InvalidValueError
 from ....memo import ERRATA
-from ...view import FromPage, View, asked
+from ...view import FromPage, StudioView, asked
 from .contacts import FIGURES as CONTACTS
 from .figure import Figure
 from .particle import FIGURES as PARTICLE
@@ -44,7 +44,7 @@ class MemoState(FromPage):
 _FIRST = MemoState()
 
 
-class MemoView(View):
+class MemoView(StudioView):
     """The figures, as a hand moves their numbers."""
 
     @asked
