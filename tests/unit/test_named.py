@@ -57,7 +57,6 @@ TO_DO = {
     "estimate/stick.py",
     "estimate/stick_model.py",
     "pressing/_compiled.py",
-    "stream/_tare_kernel.py",
 }
 """Files that are older than the rule."""
 
