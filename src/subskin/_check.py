@@ -40,7 +40,10 @@ def real(
     """
     plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
     array = np.array(value) if plain else _floats(name, value, unit, fix)
-    _bounds.keep(name, array, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
+    low = -_bounds.LARGEST if at_least is None else at_least
+    usual = array.size and above is None and low <= np.minimum.reduce(array, axis=None)
+    if not (usual and np.maximum.reduce(array, axis=None) <= (_bounds.LARGEST if at_most is None else at_most)):
+        _bounds.keep(name, array, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
     array.flags.writeable = False
     return array
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from functools import cache, cached_property
 from typing import Any, Self
@@ -33,7 +34,7 @@ class Frozen:
         return {name: value for name, value in self.__dict__.items() if name not in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        _close(state)
+        _close(state.values())
         self.__dict__.update(state)
 
     @classmethod
@@ -105,13 +106,12 @@ def _kept(kind: Any) -> frozenset[str]:
     )
 
 
-def _close(value: object) -> None:
+def _close(values: Iterable[object]) -> None:
     """Close arrays to writing, also those in lists and mappings."""
-    if isinstance(value, np.ndarray):
-        value.flags.writeable = False
-    elif isinstance(value, dict):
-        for item in value.values():
-            _close(item)
-    elif isinstance(value, list | tuple):
-        for item in value:
-            _close(item)
+    for value in values:
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        elif isinstance(value, dict):
+            _close(value.values())
+        elif isinstance(value, list | tuple):
+            _close(value)

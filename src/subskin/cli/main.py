@@ -60,7 +60,8 @@ exit codes: 0 done, and live stopped with Ctrl-C; 1 no result; 2 bad input, noth
 """
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(chosen: str) -> argparse.ArgumentParser:
+    """The parser of all commands, or of the one that is chosen."""
     parser = argparse.ArgumentParser(
         prog="subskin",
         description="Sensors beneath a compliant skin: their readings under a contact, and the contact found again.",
@@ -69,7 +70,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and stop")
     commands = parser.add_subparsers(title="commands", metavar="command", required=True, parser_class=_Command)
-    for name, does in _COMMANDS.items():
+    for name in [chosen] if chosen in _COMMANDS else _COMMANDS:
+        does = _COMMANDS[name]
         commands.add_parser(name, module=name, help=does, description=f"{does[:1].upper()}{does[1:]}.")
     return parser
 
@@ -168,8 +170,9 @@ def _stopped(interrupt: KeyboardInterrupt) -> int:
 
 
 def _run(argv: Sequence[str] | None) -> int:
-    parser = _parser()
-    options = parser.parse_args(argv)
+    given = sys.argv[1:] if argv is None else argv
+    parser = _parser(given[0] if given else "")
+    options = parser.parse_args(given)
     from ..io.files import apart
     from .common import inputs_of, outputs_of
 

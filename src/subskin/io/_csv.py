@@ -31,6 +31,7 @@ _HEAD = 4_000_000  # bytes of the line of names
 _COMMA, _LINE = 44, 10
 _NUMBER = re.compile(r"\s*[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|inf|infinity)\s*", re.IGNORECASE)
 _ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # how .xlsx, .ods and .npz begin, and .xls
+_MARKS = re.compile(r'[,"\r\n]')  # for which a cell of text stands in quotes
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # how a cell begins that a spreadsheet would run
 
 
@@ -285,7 +286,7 @@ def _column(cells: Sequence[bytes], texts: list[str] | None = None) -> FloatArra
 
 def csv_head(names: Sequence[str]) -> bytes:
     """The line of names."""
-    return b",".join(_quoted(name) for name in names) + b"\n"
+    return b",".join(map(_quoted, names)) + b"\n"
 
 
 def csv_rows(columns: Mapping[str, npt.NDArray[Any]]) -> bytes:
@@ -313,6 +314,6 @@ def _written(column: npt.NDArray[Any]) -> list[bytes]:
 def _quoted(value: object) -> bytes:
     """A cell of text, in quotes where it needs them."""
     text = "" if value is None else str(value)
-    if any(c in text for c in ',"\r\n'):
+    if _MARKS.search(text):
         text = '"' + text.replace('"', '""') + '"'
     return text.encode("utf-8", errors="replace")
