@@ -159,7 +159,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ("noise = 12", "exact = 1", 11, "true or false is needed"),
         ('low = "-1 psi"', "low = 2\nhigh = 1", 13, "low has to be < high"),
         ("friction = 0", "friction = -1", 16, "friction = -1: has to be >= 0"),
-        ("friction = 0", "false_alarm = 0.9", 16, "(0, 0.5]"),
+        ("friction = 0", "false_alarm = 0.9", 16, "false_alarm = 0.9: has to be <= 0.5"),
         ('["-10 mm", "10 mm"]', '["10 mm", "-10 mm"]', 17, "the first has to be < the second"),
         ('["-10 mm", "10 mm"]', '"10 mm"', 17, "two positions are needed"),
         (LAST, f'{LAST}[live]\nunit = "uT"', 26, "a value in Pa is needed"),

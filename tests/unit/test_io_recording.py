@@ -184,3 +184,12 @@ class TestSimulatedRecording:
         for option in ({"force": -1.0}, {"rate": 0.0}, {"relaxation": 1.0}, {"drift": np.nan}, {"hold": -1.0}):
             with pytest.raises(InvalidValueError, match=next(iter(option))):
                 simulate_recording(FINGER, [0.0], **{"force": 40.0, **option})
+
+
+@pytest.mark.parametrize(
+    ("unit", "more", "scale"), [("N/mm", "", 1e3), ("N", '[touch]\nlength = "20 mm"', 50.0), ("mN/mm", "", 1.0)]
+)
+def test_a_column_of_forces_is_per_length_of_a_row(unit, more, scale):
+    columns = f'sensors = ["a", "b"]\nforce = {{column = "f", unit = "{unit}"}}\n{more}'
+    text = f"[skin]\nyoung = 4e5\n[sensors]\ncount = 2\npitch = 2e-3\ndepth = 2e-3\n[recording]\n{columns}"
+    assert ss.io.parse_finger(text).recording.force.scale == pytest.approx(scale, rel=1e-12)

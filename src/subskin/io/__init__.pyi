@@ -1,4 +1,4 @@
-from ._live import LiveFormat
+from ._recorded import LiveFormat
 from .body_file import read_body
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals

@@ -1,9 +1,9 @@
-"""What a finger file makes of a raw recording: frames, a pipeline, and the presses in it."""
+"""What a finger file makes of a raw recording, or of a board: frames, a pipeline, and the presses in it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._frozen import Frozen
 from ..errors import FileError, InvalidValueError
 from ..stream.presses import Column, RecordingFormat
 
 if TYPE_CHECKING:
     from .._check import FloatArray
+    from ..array import SensorArray
     from ..finger import Finger
     from ..stream import Pipeline, Presses, Relaxation, Tared
     from .tables import Table
 
-__all__ = ["Given", "Recorded", "table_of"]
+__all__ = ["Given", "LiveFormat", "Recorded", "check_held", "table_of"]
 
 Given: TypeAlias = "npt.ArrayLike | Table | Path"
 
@@ -30,6 +32,37 @@ def table_of(given: object) -> Table | None:
     from .tables import Table, read_table
 
     return given if isinstance(given, Table) else read_table(given) if isinstance(given, str | Path) else None
+
+
+@dataclass(frozen=True, eq=False)
+class LiveFormat(Frozen):
+    r"""How the sensors of a finger are read as they feel: what [live] of its file says.
+
+    Parameters
+    ----------
+    port : str
+        As `subskin.live.ports.opened` takes it; "" where the file does not say.
+    driver : mapping
+        The driver's name, under "name", and its options; empty where the file does not say. A name that ends with
+        .toml is a file that describes a board.
+    channels : tuple of str
+        The driver's channel for each sensor, in the order of the sensors; empty for the driver's own, in their order.
+    scale : ndarray, shape (n,)
+        What one count of each sensor's channel is worth, relative to the SI unit of its reading.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 2\npitch = 2e-3\ndepth = 2e-3\n[live]\nunit = 'hPa'\n"
+    >>> live = ss.io.parse_finger(text + "driver = {name = 'lines', sensors = 2}").live
+    >>> live.driver["name"], live.scale.tolist()
+    ('lines', [100.0, 100.0])
+    """
+
+    port: str = ""
+    driver: Mapping[str, Any] = field(default_factory=dict)
+    channels: tuple[str, ...] = ()
+    scale: FloatArray = None  # type: ignore[assignment]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -158,6 +191,20 @@ class Recorded:
         if np.all(np.asarray(array.low) == low) and np.all(np.asarray(array.high) == high):
             return self.finger
         return replace(self.finger, array=replace(array, low=low, high=high))
+
+
+def check_held(relaxation: Relaxation, array: SensorArray) -> None:
+    """Raise where a relaxation does not go with the sensors.
+
+    Raises
+    ------
+    GeometryError, InvalidValueError
+        Shares of another number of sensors; a doubt of sensors on an area.
+    """
+    relaxation.of_sensors(len(array))
+    if array.on_area and np.any(relaxation.doubt):
+        rule = "only the search on a row weighs each frame by noise of its own"
+        raise InvalidValueError("doubt of sensors on an area", rule, "leave out doubt")
 
 
 def _track(table: Table, columns: tuple[Column, ...], key: str) -> FloatArray:

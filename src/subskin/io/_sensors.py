@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import MISSING, fields
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import StrictBool, StrictInt, StrictStr
 
 from .._check import FloatArray
 from ..array import SensorArray
-from ..errors import GeometryError, InvalidValueError, SubskinError
+from ..errors import GeometryError, InvalidValueError
 from ..lattice import even_grid, even_row
 from ..transducer import Transducer, VolumeResistance, class_of, kind_of, transducer_of
-from ._skin import Misplaced
-from ._toml_errors import short
+from ._tables import Count, FingerTable, Given, Lengths
+from ._toml_errors import short, under
 from .units import quantity, si_unit
-
-if TYPE_CHECKING:
-    from . import _schema
 
 __all__ = [
     "IN_READINGS",
+    "SensorsTable",
     "build_array",
     "in_readings",
     "reading_unit",
@@ -32,7 +31,39 @@ __all__ = [
 IN_READINGS = ("offset", "lift", "noise", "low", "high", "resolution")
 
 
-def build_array(document: _schema.FingerDocument) -> SensorArray:
+class SensorsTable(FingerTable):
+    """[sensors]: where they are and how each turns what it measures into a reading."""
+
+    layout: Literal["row", "grid", "hexagonal"] = "row"
+    count: Annotated[StrictInt | None, Count] = None
+    shape: list[StrictInt] | None = None
+    pitch: Lengths | None = None
+    centre: Lengths = 0.0
+    y: Lengths | None = None
+    z: Lengths = 0.0
+    depth: Lengths
+    sensor: StrictStr | None = None
+    kind: Any = "normal_strain"
+    channels: Any = None
+    exact: StrictBool = False
+    width: Lengths = 0.0
+    gain: Given = 1.0
+    offset: Given = 0.0
+    lift: Given = 0.0
+    noise: Given = 0.0
+    low: Given = None
+    high: Given = None
+    resolution: Given = 0.0
+
+    def told(self, file: Any, made: dict[str, Any]) -> dict[str, Any]:
+        array = build_array(file)
+        if file.calibration.differences:
+            array.refuse_offset()
+        columns = tuple(f"s{i}" for i in range(len(array)))
+        return {"array": array, "names": columns, "limits": (array.low, array.high)}
+
+
+def build_array(document: Any) -> SensorArray:
     """The array that [sensors] describes.
 
     Raises
@@ -52,7 +83,7 @@ def build_array(document: _schema.FingerDocument) -> SensorArray:
     return SensorArray.at(points, table.depth, kinds, channels, width=table.width, **parameters)
 
 
-def _points(table: _schema.SensorsTable) -> FloatArray:
+def _points(table: SensorsTable) -> FloatArray:
     """Positions (y, z) of the sensors, or of their channels [m], shape (n, 2)."""
     even, own = {"count", "shape", "pitch", "centre", "layout"}, {"y", "z"}
     said = table.model_fields_set
@@ -83,7 +114,7 @@ def _points(table: _schema.SensorsTable) -> FloatArray:
 
 
 def _transducers(
-    table: _schema.SensorsTable, count: int
+    table: SensorsTable, count: int
 ) -> tuple[Transducer | tuple[Transducer, ...] | None, tuple[Transducer, ...] | None]:
     """What is measured: by each sensor, or by each of the channels at a position; one of the two is None."""
     if table.channels is not None:
@@ -104,10 +135,8 @@ def _transducers(
 def transducer_said(said: object, exact: bool, key: str) -> Transducer:
     """A transducer by its name, or by a table of its name and its arguments, which may have units."""
     if isinstance(said, dict) and isinstance(said.get("name"), str):
-        try:
+        with under("sensors", of=key):
             return _with_arguments(said["name"], {k: v for k, v in said.items() if k != "name"})
-        except SubskinError as error:
-            raise Misplaced(error, "sensors", key) from None
     if not isinstance(said, str):
         rule = "the name of a kind of sensor is needed"
         one, other = '"normal_strain"', '{name = "displacement", axis = "x"}'
@@ -135,7 +164,7 @@ def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
     return transducer_of(name, **values)
 
 
-def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer, ...], *, area: bool) -> dict[str, Any]:
+def _parameters(document: Any, transducers: tuple[Transducer, ...], *, area: bool) -> dict[str, Any]:
     """Of gain, offset, lift, noise, range and resolution those given: plain numbers, or in a unit of readings."""
     table, unit, felt = document.sensors, unit_of_readings(document, transducers), {t.unit for t in transducers}
     per = felt.pop() if len(felt) == 1 else unit
@@ -151,14 +180,14 @@ def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer,
         raise InvalidValueError(error.seen, "with a gain, the unit of the readings has to be known", fix) from None
 
 
-def unit_of_readings(document: _schema.FingerDocument, transducers: tuple[Transducer, ...]) -> str:
+def unit_of_readings(document: Any, transducers: tuple[Transducer, ...]) -> str:
     """SI unit of the readings: that of [recording]; without one, and without a gain, what the sensors feel is read."""
     felt = {t.unit for t in transducers}
     usual = felt.pop() if len(felt) == 1 and "gain" not in document.sensors.model_fields_set else ""
     return reading_unit(document.recording) or usual
 
 
-def reading_unit(recording: _schema.RecordingTable | None) -> str | None:
+def reading_unit(recording: Any) -> str | None:
     """SI unit of the readings; None where the file does not give one."""
     return None if recording is None or recording.unit is None else si_unit(recording.unit, "unit")
 

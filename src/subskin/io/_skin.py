@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import difflib
-import re
 from dataclasses import MISSING, fields
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal
 
-from ..errors import InvalidValueError, SubskinError
+from pydantic import StrictStr
+
+from ..errors import InvalidValueError
+from ..finger import LARGEST
 from ..material import Material
 from ..skin import KINDS, Layer, Ridged, Skin
+from ._tables import LONGEST, RIDGE, Doubt, FingerTable, Length, Number, Pressure, StrictTable
+from ._toml_errors import Misplaced, under
 
-if TYPE_CHECKING:
-    from . import _schema
-
-__all__ = ["Misplaced", "build_skin", "is_written", "key_of", "numbers"]
+__all__ = ["SkinTable", "build_skin", "is_written", "numbers"]
 
 _EXAMPLE = {
     "young": 'young = "0.4 MPa"',
@@ -24,14 +25,51 @@ _EXAMPLE = {
 }
 
 
-class Misplaced(Exception):
-    """An error and the key that it is about."""
+class MaterialTable(StrictTable):
+    """[skin.base]: the half plane beneath the layers; [skin.core]: what the core of a round finger is made of."""
 
-    def __init__(self, error: SubskinError, *path: str) -> None:
-        self.error, self.path = error, path
+    material: StrictStr | None = None
+    young: Pressure | None = None
+    poisson: Number = 0.5
 
 
-def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
+class LayerTable(MaterialTable):
+    """[[skin.layers]]: one layer, the first at the surface."""
+
+    thickness: Annotated[Length, Doubt(LARGEST)]
+    bond: Literal["bonded", "frictionless"] = "bonded"
+
+
+class RidgesTable(StrictTable):
+    """[skin.ridges]: ridges on the skin."""
+
+    pitch: Annotated[Length, Doubt(RIDGE, "pitch of ridges")]
+    height: Length
+    width: Length | None = None
+    crest: Length = 0.0
+
+
+class SkinTable(FingerTable):
+    """[skin]: what is pressed. Which keys are needed depends on the kind (see `_skin`)."""
+
+    kind: StrictStr = "half_plane"
+    material: StrictStr | None = None
+    young: Pressure | None = None
+    poisson: Number | None = None
+    plane: Literal["strain", "stress"] | None = None
+    radius: Annotated[Length | None, Doubt(LONGEST, "radius of [skin]")] = None
+    core_radius: Length | None = None
+    layers: list[LayerTable] | None = None
+    base: MaterialTable | None = None
+    core: MaterialTable | None = None
+    bond: Literal["bonded", "frictionless"] | None = None
+    ridges: RidgesTable | None = None
+
+    def told(self, file: Any, made: dict[str, Any]) -> dict[str, Any]:
+        return {"skin": build_skin(self)}
+
+
+def build_skin(table: SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
     """The skin that the table at `at` describes: a key for each field of its class, a material being two.
 
     Raises
@@ -62,10 +100,8 @@ def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Ski
     skin: Skin = _made(KINDS[kind], table, at)
     if table.ridges is None:
         return skin
-    try:
+    with under(*at, "ridges"):
         return Ridged(skin, **table.ridges.model_dump())
-    except SubskinError as error:
-        raise Misplaced(error, *at, "ridges", key_of(error)) from None
 
 
 def _keys(kind: type[Skin]) -> dict[str, bool]:
@@ -92,12 +128,10 @@ def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
     if kind is Material and "young" not in values and table.material is None:
         wrong = InvalidValueError('"young" is missing', "a material needs it", 'young = "0.4 MPa", or material = "..."')
         raise Misplaced(wrong, *path, "")
-    try:
+    with under(*path):
         if kind is Material and table.material is not None:
             values = {"young": Material.preset(table.material).young} | values
         return kind(**values)
-    except SubskinError as error:
-        raise Misplaced(error, *path, key_of(error)) from None
 
 
 def is_written(skin: Skin) -> bool:
@@ -122,9 +156,3 @@ def numbers(skin: Any, *path: str | int) -> dict[tuple[str | int, ...], Any]:
         elif value is not None:
             out[(*path, name)] = value
     return out
-
-
-def key_of(error: SubskinError) -> str:
-    """The key that an error of the model is about: its message begins with it."""
-    found = re.match(r"[a-z_]+", error.seen)
-    return {"transducer": "kind"}.get(found[0], found[0]) if found else ""

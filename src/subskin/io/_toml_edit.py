@@ -15,7 +15,7 @@ from ._sensors import IN_READINGS, in_readings
 from ._skin import is_written, numbers
 from .units import format_quantity, rounded
 
-__all__ = ["edited", "per_sensor", "with_table"]
+__all__ = ["edited", "model_facts", "per_sensor", "with_table"]
 
 _PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "lift": "", "noise": ""}
 _SAME = 1e-9
@@ -82,6 +82,18 @@ def edited(
         document.add(tomlkit.nl())
     document.add("calibration", table)
     return tomlkit.dumps(document)
+
+
+def model_facts(finger: Finger) -> dict[str, Any]:
+    """What [calibration] says of how far the finger's model is that of the skin, and of its forces."""
+    facts: dict[str, Any] = {} if finger.trusted else {"accepted_misfit": True}
+    if finger.relative:
+        facts["relative_forces"] = True
+    if finger.spread is not None:
+        y, of = finger.spread.y, finger.spread
+        ratios = {name: getattr(of, name).round(3).tolist() for name in ("straight", "leaning")}
+        facts["spread"] = {"y": [format_quantity(float(v), "m") for v in y], **ratios}
+    return facts
 
 
 def with_table(text: str, name: str, values: Mapping[str, Any]) -> str:

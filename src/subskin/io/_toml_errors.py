@@ -5,15 +5,18 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any, TypeVar
 
 from ..errors import FileError, SubskinError
 from .files import read_bytes
 
-__all__ = ["key_line", "located", "misplaced", "read_text", "short", "validated"]
+__all__ = ["Misplaced", "key_line", "located", "read_document", "read_text", "short", "under"]
 
 _Model = TypeVar("_Model")
+_Made = TypeVar("_Made")
 
 _LONGEST = 1_000_000
 _MOST_ERRORS = 100  # that are looked through for the first
@@ -47,14 +50,8 @@ def read_text(path: object) -> str:
         raise FileError(f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8") from None
 
 
-def validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
-    """What `text` says, as `model`; `needs` is what an empty file is told.
-
-    Raises
-    ------
-    FileError
-        No TOML, or a key or value that the model does not allow.
-    """
+def _validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
+    """What `text` says, as `model`."""
     from pydantic import ValidationError
 
     if not isinstance(text, str):
@@ -86,9 +83,41 @@ def _not_toml(what: str) -> tuple[str, str]:
     return f"not TOML: {what[:1].lower()}{what[1:]}", 'write key = "value"'
 
 
-def misplaced(text: str, name: str, path: tuple[str, ...], error: SubskinError) -> FileError:
-    """`error`, which the value of the key `path` made, as one of the file."""
-    return located(text, name, path, _as_written(error.seen, text, path), error.rule, error.fix)
+class Misplaced(Exception):
+    """An error and the key that it is about."""
+
+    def __init__(self, error: SubskinError, *path: str) -> None:
+        self.error, self.path = error, path
+
+
+@contextmanager
+def under(*table: str, of: str | None = None, keys: Mapping[str, tuple[str, ...]] | None = None) -> Iterator[None]:
+    """What goes wrong within is wrong in the table: with the key by whose name the message begins, or the key `of`.
+
+    `keys` says where the keys stand that are in other tables. What is placed already stays where it is.
+    """
+    try:
+        yield
+    except SubskinError as error:
+        found = re.match(r"[a-z_]+", error.seen)
+        key = {"transducer": "kind"}.get(found[0], found[0]) if found else ""
+        raise Misplaced(error, *(keys or {}).get(key, (*table, key if of is None else of))) from None
+
+
+def read_document(text: str, name: str, model: type[_Model], needs: str, make: Callable[[_Model], _Made]) -> _Made:
+    """What `make` makes of `text` as `model`; `needs` is what an empty file is told.
+
+    Raises
+    ------
+    FileError
+        No TOML, a key or value that the model does not allow, or one out of which `make` can make nothing.
+    """
+    document = _validated(text, name, model, needs)
+    try:
+        return make(document)
+    except Misplaced as wrong:
+        error, path = wrong.error, wrong.path
+        raise located(text, name, path, _as_written(error.seen, text, path), error.rule, error.fix) from None
 
 
 def _as_written(seen: str, text: str, path: tuple[str, ...]) -> str:
@@ -128,7 +157,7 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
         seen = f"{key} = {short(error['input'])}"
         context = error.get("ctx", {}).get("error")
         if isinstance(context, SubskinError):
-            seen, rule, fix = context.seen, context.rule, context.fix
+            seen, rule, fix = _as_written(context.seen, text, path), context.rule, context.fix
         elif error["type"] == "extra_forbidden":
             known = _keys(model, keys[:-1])
             close = difflib.get_close_matches(key, known, n=1)

@@ -18,11 +18,8 @@ from ..errors import FileError, SubskinError
 from ..finger import Finger, finger_needed
 from ..loads import force_unit
 from ..measured import MeasuredResponse
-from ._document import model_facts, said
-from ._live import LiveFormat
-from ._recorded import Given, Recorded, table_of
-from ._skin import Misplaced
-from ._toml_errors import misplaced, read_text, validated
+from ._recorded import Given, LiveFormat, Recorded, table_of
+from ._toml_errors import read_document, read_text
 from .files import write_bytes
 from .response_file import checksum, read_response, write_both
 
@@ -295,7 +292,7 @@ class FingerFile(Tabled, Recorded):
         InvalidValueError
             A skin of another kind; a finger with offsets where the file's readings are differences.
         """
-        from ._toml_edit import edited
+        from ._toml_edit import edited, model_facts
 
         finger_needed(finger)
         if self.differences:
@@ -384,14 +381,12 @@ def _parsed(text: str, name: str, find: Callable[[str], MeasuredResponse | None]
     """The finger that `text` describes; `find` gives the response in place that has a checksum."""
     from ._schema import FingerDocument
 
-    document = validated(text, name, FingerDocument, "it needs at least [skin] young and [sensors] count, pitch, depth")
-    try:
-        told = said(document, name)
-    except Misplaced as wrong:
-        raise misplaced(text, name, wrong.path, wrong.error) from None
+    needs = "it needs at least [skin] young and [sensors] count, pitch, depth"
+    told = read_document(text, name, FingerDocument, needs, lambda document: document.told(Path(name).parent))
+    expected = told.pop("response")
     file = FingerFile(**told, text=text, name=name)
-    if document.calibration.response is not None:
-        known = find(document.calibration.response)
+    if expected is not None:
+        known = find(expected)
         try:
             file = replace(file, finger=replace(file.finger, measured=known))
         except SubskinError as error:

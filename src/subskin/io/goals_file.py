@@ -7,28 +7,210 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field, StrictBool, StrictInt, StrictStr
 
+from .. import _check
 from ..design import Goals, Touches
 from ..design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinChoice
 from ..design.tolerance import SOURCES
-from ..errors import InvalidValueError, SubskinError
+from ..errors import InvalidValueError
+from ..finger import LARGEST, SOFTEST
 from ._sensors import said_of, transducer_said
-from ._sizes import doubt_goals
-from ._skin import Misplaced, build_skin, key_of
-from ._toml_errors import misplaced, read_text, validated
+from ._skin import SkinTable, build_skin
+from ._tables import LONGEST, RIDGE, Angle, Doubt, Given, Length, Lengths, Name, Number, StrictTable, doubt_sizes, one
+from ._toml_errors import Misplaced, read_document, read_text, under
 from .units import format_quantity, line_load, quantity, rounded
-
-if TYPE_CHECKING:
-    from . import _goals_schema
 
 __all__ = ["GoalsFile", "finger_text", "load_goals", "parse_goals"]
 
 _TOLERANCES = {name: source for name, source in SOURCES.items() if source.unit != "reading"}
 """What making a finger leaves open; what a reading is off by is said of each kind of sensor."""
+_WIDEST = 1.6
+"""An error of an angle that leaves nothing known [rad]."""
+_Counts = StrictInt | Annotated[list[StrictInt], Field(min_length=2, max_length=2)]
+_Contact = Annotated[float, one("m", above=0.0, fix='length = "20 mm"')]
 _NEEDS = "it needs [touch], [accuracy], [room], [[sensor]] and [[skin]]"
+
+
+class TouchTable(StrictTable):
+    """[touch]: what the finger is to feel."""
+
+    force: Given
+    length: Annotated[_Contact | None, Doubt(LONGEST, "length of [touch]")] = None
+    friction: Number = 1.0
+    span: Length | None = None
+    area: Lengths | None = None
+    half_width: Length | None = None
+    edge: Length | None = None
+    feature: Annotated[Length | None, Doubt(RIDGE)] = None
+    largest_strain: Number = 0.1
+
+    def told(self) -> tuple[Touches, float]:
+        """What the finger is to feel, and the strongest force [N/m, on an area N]."""
+        given = self.force if isinstance(self.force, list) else [self.force, self.force]
+        unit = "N/m" if self.area is None else "N"
+        forces = [
+            line_load(value, self.length, "force") if self.area is None else quantity(value, "N", "force")
+            for value in given
+        ]
+        if len(forces) != 2:
+            rule, fix = "one force or two are needed", f'force = ["20 {unit}", "100 {unit}"]'
+            raise InvalidValueError(f"force lists {len(forces)}", rule, fix)
+        if forces[0] > forces[1]:
+            raise InvalidValueError(f"force = {forces} {unit}", "the weakest comes first", "swap them")
+        if (self.span is None) == (self.area is None):
+            seen = "neither span nor area" if self.span is None else "span and area"
+            rule = "a row of sensors serves a span, an array on an area serves an area"
+            raise InvalidValueError(seen, rule, 'span = "12 mm", or area = ["12 mm", "12 mm"]')
+        if self.area is not None:
+            y, z = _sides(self.area, "area")
+            area = ((-y / 2, y / 2), (-z / 2, z / 2))
+            wide = self.half_width
+            return Touches(forces[0], self.friction, length=self.length, area=area, half_width=wide), forces[1]
+        span = self.span or 0.0
+        if not span > 0:
+            raise InvalidValueError(f"span = {self.span:g}", "has to be > 0", 'span = "12 mm"')
+        ends = (-span / 2, span / 2)
+        return Touches(forces[0], self.friction, ends, self.length, half_width=self.half_width), forces[1]
+
+
+class AccuracyTable(StrictTable):
+    """[accuracy]: the errors that 95 % of the weakest touches keep."""
+
+    position: Annotated[Length | None, Doubt(RIDGE, "position of [accuracy]")] = None
+    angle: Angle | None = None
+    force: Number | None = None
+    radius: Length | None = None
+    edge: Angle | None = None
+    unsure: Number = 0.01
+    blind_spots: Number | None = None
+    calibrated: StrictStr = "known"
+
+
+class RoomTable(StrictTable):
+    """[room]: where sensors can be put."""
+
+    count: _Counts
+    depth: Annotated[Lengths, Doubt(LARGEST, "the largest depth")]
+    least_pitch: Annotated[Length, Doubt(RIDGE)]
+    longest_row: Annotated[Length | None, Doubt(LONGEST)] = None
+    area: Lengths | None = None
+    layouts: list[StrictStr] | None = None
+
+    def told(self) -> Room:
+        """The room."""
+        counts = self.count if isinstance(self.count, list) else [self.count, self.count]
+        depths = self.depth if isinstance(self.depth, list) else [self.depth, self.depth]
+        if len(depths) != 2:
+            rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'
+            raise InvalidValueError(f"depth lists {len(depths)}", rule, fix)
+        where = {} if self.layouts is None else {"layouts": tuple(self.layouts)}
+        longest = np.inf if self.longest_row is None else self.longest_row
+        sides = None if self.area is None else _sides(self.area, "area")
+        return Room((counts[0], counts[1]), (depths[0], depths[1]), self.least_pitch, longest, sides, **where)
+
+
+class SensorTable(StrictTable):
+    """[[sensor]]: a kind of sensor that is at hand."""
+
+    name: Name
+    kind: Any
+    noise: Given
+    width: Annotated[Length, Doubt(RIDGE, "width of [[sensor]]")] = 0.0
+    largest: Given = None
+    resolution: Given = 0.0
+
+    def told(self) -> SensorKind:
+        """The kind, its numbers in the unit of what it measures."""
+        transducer = transducer_said(self.kind, False, "kind")
+        given = {key: value for key in ("noise", "largest", "resolution") if (value := getattr(self, key)) is not None}
+        values = {key: quantity(value, transducer.unit, key) for key, value in given.items()}
+        return SensorKind(self.name, transducer, width=self.width, **values)
+
+
+class MixTable(StrictTable):
+    """[[mix]]: several of the kinds in one array on an area."""
+
+    name: Name
+    kinds: list[StrictStr]
+    together: StrictBool = True
+
+
+class SkinChoiceTable(SkinTable):
+    """[[skin]]: a skin that could be moulded, with the keys of [skin] in a finger.toml."""
+
+    name: Name
+
+
+class EffortTable(StrictTable):
+    """[search]: how finely."""
+
+    depths: StrictInt = 20
+    pitches: StrictInt = 30
+    touches: StrictInt | None = None
+    seed: StrictInt = 0
+    keep: StrictInt = 5
+
+
+class _Document(StrictTable):
+    """The whole file."""
+
+    title: StrictStr = "Finger"
+    touch: TouchTable
+    accuracy: AccuracyTable
+    room: RoomTable
+    sensor: Annotated[list[SensorTable], Field(min_length=1)]
+    skin: Annotated[list[SkinChoiceTable], Field(min_length=1)]
+    mix: list[MixTable] = Field(default_factory=list)
+    tolerances: dict[str, Any] | None = None
+    search: EffortTable = EffortTable()
+
+    def told(self) -> Goals:
+        """The goals."""
+        touch = self.touch
+        with under("touch"):
+            touches, strongest = touch.told()
+        with under("accuracy"):
+            wanted = Accuracy(**self.accuracy.model_dump(), feature=touch.feature, edge_length=touch.edge)
+        with under("room"):
+            room = self.room.told()
+        sensors, mixes = [], []
+        for i, table in enumerate(self.sensor):
+            with under("sensor", str(i)):
+                sensors.append(table.told())
+        for i, mixed in enumerate(self.mix):
+            with under("mix", str(i)):
+                mixes.append(Mix(mixed.name, tuple(_named(sensors, name) for name in mixed.kinds), mixed.together))
+        skins = tuple(SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(self.skin))
+        with under("search"):
+            effort = Effort(**self.search.model_dump())
+        with under("tolerances"):
+            tolerances = _tolerances(self.tolerances)
+        keys = {name: ("touch", name) for name in ("span", "largest_strain", "area", "half_width", "feature")}
+        keys |= {name: ("accuracy", name) for name in ("radius", "edge", "blind_spots")}
+        keys |= {name: ("tolerances", name) for name in self.tolerances or ()}
+        with under(keys=keys):
+            goals = Goals(
+                touches=touches, strongest=strongest, accuracy=wanted, sensors=tuple(sensors), skins=skins, room=room,
+                largest_strain=touch.largest_strain, tolerances=tolerances, effort=effort, title=self.title,
+                mixes=tuple(mixes),
+            )  # fmt: skip
+        self._doubt()
+        return goals
+
+    def _doubt(self) -> None:
+        """Warn of values whose unit was probably forgotten."""
+        for skin in self.skin:
+            for young in (skin.young, *(layer.young for layer in skin.layers or ())):
+                if young is not None and young < SOFTEST and young != 1.0:
+                    _check.doubt("young", young, "Pa", 1e6, "MPa")
+        doubt_sizes(self)
+        angle = self.accuracy.angle
+        if angle is not None and angle > _WIDEST:
+            _check.doubt("angle of [accuracy]", angle, "rad", np.pi / 180, "deg")
 
 
 @dataclass(frozen=True)
@@ -82,93 +264,10 @@ def parse_goals(text: str, name: str = "goals.toml") -> GoalsFile:
     Traceback (most recent call last):
     subskin.errors.FileError: goals.toml is empty: it needs [touch], [accuracy], [room], [[sensor]] and [[skin]].
     """
-    from ._goals_schema import GoalsDocument
-
-    document = validated(text, name, GoalsDocument, _NEEDS)
-    try:
-        goals = _build(document)
-    except Misplaced as wrong:
-        raise misplaced(text, name, wrong.path, wrong.error) from None
-    doubt_goals(document)
+    goals = read_document(text, name, _Document, _NEEDS, _Document.told)
     raw = tomllib.loads(text)["skin"]
     skins = tuple({key: value for key, value in table.items() if key != "name"} for table in raw)
     return GoalsFile(goals, skins, text)
-
-
-def _build(document: _goals_schema.GoalsDocument) -> Goals:
-    touch, accuracy, room = document.touch, document.accuracy, document.room
-    counts = room.count if isinstance(room.count, list) else [room.count, room.count]
-    depths = room.depth if isinstance(room.depth, list) else [room.depth, room.depth]
-    longest = np.inf if room.longest_row is None else room.longest_row
-    keys: dict[str, tuple[str, ...]] = {}  # of the goals as a whole, where they are
-    at: tuple[str, ...] = ("touch",)
-    try:
-        if touch.length is not None and not touch.length > 0:
-            raise InvalidValueError(f"length = {touch.length:g} m", "has to be > 0", 'length = "20 mm"')
-        touches, strongest = _touches(touch)
-        at = ("accuracy",)
-        wanted = Accuracy(**accuracy.model_dump(), feature=touch.feature, edge_length=touch.edge)
-        at = ("room",)
-        if len(depths) != 2:
-            rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'
-            raise InvalidValueError(f"depth lists {len(depths)}", rule, fix)
-        where = {} if room.layouts is None else {"layouts": tuple(room.layouts)}
-        sides = None if room.area is None else _sides(room.area, "area")
-        space = Room((counts[0], counts[1]), (depths[0], depths[1]), room.least_pitch, longest, sides, **where)
-        sensors = []
-        for i, table in enumerate(document.sensor):
-            at = ("sensor", str(i))
-            sensors.append(_sensor(table))
-        mixes = []
-        for i, mixed in enumerate(document.mix):
-            at = ("mix", str(i))
-            mixes.append(Mix(mixed.name, tuple(_named(sensors, name) for name in mixed.kinds), mixed.together))
-        skins = [SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin)]
-        at = ("search",)
-        effort = Effort(**document.search.model_dump())
-        at = ("tolerances",)
-        tolerances = _tolerances(document.tolerances)
-        at = ()
-        keys = {name: ("touch", name) for name in ("span", "largest_strain", "area", "half_width", "feature")}
-        keys |= {name: ("accuracy", name) for name in ("radius", "edge", "blind_spots")}
-        keys |= {name: ("tolerances", name) for name in document.tolerances or ()}
-        return Goals(
-            touches=touches, strongest=strongest, accuracy=wanted, sensors=tuple(sensors), skins=tuple(skins),
-            room=space, largest_strain=touch.largest_strain, tolerances=tolerances, effort=effort,
-            title=document.title, mixes=tuple(mixes),
-        )  # fmt: skip
-    except SubskinError as error:
-        key = key_of(error)
-        raise Misplaced(error, *keys.get(key, (*at, key))) from None
-
-
-def _touches(touch: _goals_schema.TouchTable) -> tuple[Touches, float]:
-    """What the finger is to feel, and the strongest force [N/m, on an area N]."""
-    given = touch.force if isinstance(touch.force, list) else [touch.force, touch.force]
-    unit = "N/m" if touch.area is None else "N"
-    forces = [
-        line_load(value, touch.length, "force") if touch.area is None else quantity(value, "N", "force")
-        for value in given
-    ]
-    if len(forces) != 2:
-        rule, fix = "one force or two are needed", f'force = ["20 {unit}", "100 {unit}"]'
-        raise InvalidValueError(f"force lists {len(forces)}", rule, fix)
-    if forces[0] > forces[1]:
-        raise InvalidValueError(f"force = {forces} {unit}", "the weakest comes first", "swap them")
-    if (touch.span is None) == (touch.area is None):
-        seen = "neither span nor area" if touch.span is None else "span and area"
-        rule = "a row of sensors serves a span, an array on an area serves an area"
-        raise InvalidValueError(seen, rule, 'span = "12 mm", or area = ["12 mm", "12 mm"]')
-    if touch.area is not None:
-        y, z = _sides(touch.area, "area")
-        area = ((-y / 2, y / 2), (-z / 2, z / 2))
-        wide = touch.half_width
-        return Touches(forces[0], touch.friction, length=touch.length, area=area, half_width=wide), forces[1]
-    span = touch.span or 0.0
-    if not span > 0:
-        raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0", 'span = "12 mm"')
-    ends = (-span / 2, span / 2)
-    return Touches(forces[0], touch.friction, ends, touch.length, half_width=touch.half_width), forces[1]
 
 
 def _sides(given: Any, name: str) -> tuple[float, float]:
@@ -203,16 +302,6 @@ def _tolerances(table: Mapping[str, Any] | None) -> dict[str, float] | None:
             wrong = InvalidValueError(f'key "{name}"', "no such tolerance is known", fix)
             raise Misplaced(wrong, "tolerances", name)
     return {name: quantity(value, _TOLERANCES[name].unit, name) for name, value in table.items()}
-
-
-def _sensor(table: _goals_schema.SensorTable) -> SensorKind:
-    transducer = transducer_said(table.kind, False, "kind")
-    values = {
-        key: quantity(getattr(table, key), transducer.unit, key)
-        for key in ("noise", "largest", "resolution")
-        if getattr(table, key) is not None
-    }
-    return SensorKind(table.name, transducer, width=table.width, **values)
 
 
 def finger_text(file: GoalsFile, row: Row, search: Any, remarks: list[str]) -> str:

@@ -11,8 +11,7 @@ import numpy as np
 from .. import _check
 from ..errors import InvalidValueError
 from ..stream.relaxation import Relaxation
-from ._document import check_held
-from ._recorded import table_of
+from ._recorded import check_held, table_of
 from ._toml_edit import with_table
 from .units import format_quantity, rounded
 

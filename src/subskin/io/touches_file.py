@@ -5,18 +5,16 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Annotated, Any, Literal
 
-from .. import _check
-from ..errors import InvalidValueError, SubskinError
+from pydantic import Field, StrictInt, StrictStr
+
+from ..errors import InvalidValueError
 from ..synthetic import ContactShare, RandomTouches
-from ._skin import Misplaced, key_of
-from ._toml_errors import misplaced, read_text, validated
+from ._tables import Given, Name, Number, StrictTable
+from ._toml_errors import read_document, read_text, under
 from .finger_file import FingerFile, load
 from .units import line_load, quantity
-
-if TYPE_CHECKING:
-    from . import _touches_schema
 
 __all__ = ["CHUNK", "TouchesFile", "load_touches", "parse_touches"]
 
@@ -25,6 +23,78 @@ CHUNK = 1000
 _NEEDS = "it needs finger, touches, [load] with a force, and [[contact]] with a family"
 _UNREAD = ("locate", "live", "tare", "relaxation")
 """Tables of a finger file that no simulated reading depends on."""
+
+
+class LoadTable(StrictTable):
+    """[load]: how the finger is touched."""
+
+    force: Given
+    position: Given = None
+    across: Given = None
+    angle: Given = None
+    azimuth: Given = None
+    noise: Given = None
+
+    def told(self, local: bool, length: float | None) -> dict[str, tuple[float, float]]:
+        """The ends of each quantity that is given; forces in N are divided by the `length` of long contacts [m]."""
+        units = {"position": "m", "across": "m", "angle": "rad", "azimuth": "rad", "noise": ""}
+        given = {name: value for name in units if (value := getattr(self, name)) is not None}
+        ranges = {name: _ends(value, units[name], name) for name, value in given.items()}
+        return ranges | {"force": _ends(self.force, "N" if local else "N/m", "force", length)}
+
+
+class ContactShareTable(StrictTable):
+    """[[contact]]: a family that touches."""
+
+    family: StrictStr
+    share: Number = 1.0
+    half_width: Given = None
+
+    def told(self) -> ContactShare:
+        """The family and its share."""
+        width = None if self.half_width is None else _ends(self.half_width, "m", "half_width")
+        return ContactShare(self.family, self.share, width)
+
+
+class FaultTable(StrictTable):
+    """[fault]: shares of the touches in which one sensor has it."""
+
+    dead: Number = 0.0
+    weak: Number = 0.0
+    shifted: Number = 0.0
+
+
+class _Document(StrictTable):
+    """The whole file."""
+
+    title: StrictStr = "Touches"
+    finger: Name
+    touches: Annotated[StrictInt, Field(ge=1, le=10**12)]
+    shard: StrictInt = 100_000
+    seed: StrictInt = 0
+    precision: Literal["single", "double"] = "single"
+    load: LoadTable
+    contact: Annotated[list[ContactShareTable], Field(min_length=1)]
+    fault: FaultTable = FaultTable()
+
+    def told(self, finger: FingerFile) -> RandomTouches:
+        """The touches of the finger."""
+        contacts = []
+        for i, table in enumerate(self.contact):
+            with under("contact", str(i)):
+                contacts.append(table.told())
+        with under("load"):
+            ranges = self.load.told(contacts[0].local, finger.length)
+        keys = {name: ("load", name) for name in LoadTable.model_fields}
+        keys |= {name: ("fault", name) for name in FaultTable.model_fields}
+        with under(keys=keys | {"contacts": ("contact", "0"), "faults": ("fault",)}):
+            if self.shard > CHUNK and self.shard % CHUNK:
+                rule = f"has to be at most {CHUNK}, or a multiple of {CHUNK}"
+                raise InvalidValueError(f"shard = {self.shard}", rule, "shard = 100_000")
+            faults = {name: share for name, share in self.fault.model_dump().items() if share}
+            return RandomTouches(
+                finger.finger, tuple(contacts), self.touches, **ranges, faults=faults, shard=self.shard, seed=self.seed
+            )
 
 
 @dataclass(frozen=True)
@@ -102,49 +172,12 @@ def parse_touches(text: str, name: str = "touches.toml", finger: FingerFile | No
     >>> parse_touches(text, finger=finger).touches.parameters
     ('position', 'normal', 'tangential', 'half_width', 'noise')
     """
-    from ._touches_schema import TouchesDocument
 
-    document = validated(text, name, TouchesDocument, _NEEDS)
-    touched = load(Path(name).parent / document.finger) if finger is None else finger
-    try:
-        touches = _build(document, touched)
-    except Misplaced as wrong:
-        raise misplaced(text, name, wrong.path, wrong.error) from None
-    return TouchesFile(touches, document.precision, document.title, text, touched)
+    def make(document: _Document) -> TouchesFile:
+        touched = load(Path(name).parent / document.finger) if finger is None else finger
+        return TouchesFile(document.told(touched), document.precision, document.title, text, touched)
 
-
-def _build(document: _touches_schema.TouchesDocument, finger: FingerFile) -> RandomTouches:
-    given = document.load
-    keys: dict[str, tuple[str, ...]] = {}
-    at: tuple[str, ...] = ()
-    try:
-        contacts = []
-        for i, table in enumerate(document.contact):
-            at = ("contact", str(i))
-            width = None if table.half_width is None else _ends(table.half_width, "m", "half_width")
-            contacts.append(ContactShare(table.family, table.share, width))
-        local = contacts[0].local
-        at = ("load",)
-        units = {"position": "m", "across": "m", "angle": "rad", "azimuth": "rad", "noise": ""}
-        told = {name: value for name in units if (value := getattr(given, name)) is not None}
-        ranges = {name: _ends(value, units[name], name) for name, value in told.items()}
-        ranges["force"] = _ends(given.force, "N" if local else "N/m", "force", finger.length)
-        at = ()
-        _check.whole("touches", document.touches, at_least=1, at_most=10**12)
-        if document.shard > CHUNK and document.shard % CHUNK:
-            rule = f"has to be at most {CHUNK}, or a multiple of {CHUNK}"
-            raise InvalidValueError(f"shard = {document.shard}", rule, "shard = 100_000")
-        keys = {name: ("load", name) for name in type(given).model_fields}
-        keys |= {name: ("fault", name) for name in type(document.fault).model_fields}
-        keys |= {"contacts": ("contact", "0"), "faults": ("fault",)}
-        faults = {name: share for name, share in document.fault.model_dump().items() if share}
-        return RandomTouches(
-            finger.finger, tuple(contacts), document.touches, **ranges, faults=faults, shard=document.shard,
-            seed=document.seed,
-        )  # fmt: skip
-    except SubskinError as error:
-        key = key_of(error)
-        raise Misplaced(error, *keys.get(key, (*at, key))) from None
+    return read_document(text, name, _Document, _NEEDS, make)
 
 
 def _ends(value: object, unit: str, name: str, length: float | None = None) -> tuple[float, float]:
