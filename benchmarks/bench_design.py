@@ -2,7 +2,8 @@
 
     python benchmarks/bench_design.py [--json FILE]
 
-A row is `study_row` of two pitches and two counts; 2000 touches, 0.02 s of it. An area is the table of a 4 x 4 grid.
+A row is `study_at_depth` of two pitches and two counts; 2000 touches, 0.02 s of it. An area is the table of a 4 x 4
+grid.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Callable
 import subskin as ss
 from _common import arguments, show
 from subskin.design import Touches
-from subskin.design.placement import study_row
+from subskin.design.placement import Channel, study_at_depth
 from subskin.radial import tabulate_radial
 
 STRAIN, PRESSURE = ss.NormalStrain(), ss.MeanPressure()
@@ -27,7 +28,7 @@ def skin(thickness: float = 5e-3) -> ss.Layered:
 def row(medium: ss.Skin, kind: ss.Transducer, depth: float, pitches: tuple[float, float], width: float = 0.0) -> object:
     """A row of the study."""
     asked = Touches(20.0, 0.8, (-6e-3, 6e-3))
-    return study_row(medium, kind, depth, pitches, [6, 8], asked, noise=1e-4, width=width, samples=2000)
+    return study_at_depth(medium, Channel(kind, 1e-4, width), depth, pitches, [6, 8], asked, samples=2000)
 
 
 def area(medium: ss.Skin, kind: ss.Transducer, depth: float, pitch: float) -> object:

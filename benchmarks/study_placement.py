@@ -20,7 +20,7 @@ from scipy.optimize import least_squares
 import subskin as ss
 from _common import FULL_SCALE, arguments, show
 from subskin.design import Touches, placement_quality, placement_study
-from subskin.design.placement import study_row
+from subskin.design.placement import Channel, study_at_depth
 
 STARTS = 12
 KINDS = {"normal strain": ss.NormalStrain(), "pressure": ss.MeanPressure(), "shear strain": ss.ShearStrain()}
@@ -43,7 +43,7 @@ def study(depths: int, samples: int) -> list[str]:
     skin, touches = ss.HalfPlane(ss.Material(YOUNG)), Touches(FORCE)
     depth = np.linspace(0.2e-3, DEEPEST, 20)[np.linspace(0, 19, depths).astype(int)]
     pitch = np.multiply.outer(depth, np.linspace(0.1, 3.0, 30))
-    study_row(skin, ss.NormalStrain(), 1e-3, [1e-3], [3], touches, noise=1e-3, samples=10)  # compiles
+    study_at_depth(skin, Channel(ss.NormalStrain(), 1e-3), 1e-3, [1e-3], [3], touches, samples=10)  # compiles
     begun, cpu = time.perf_counter(), time.process_time()
     found = placement_study(
         skin, list(KINDS.values()), depth, pitch, np.arange(3, 17), touches, noise=noises(), samples=samples
@@ -96,7 +96,8 @@ def peer(touches: int) -> list[list[str]]:
         chi2 = np.array([rivals(finger, t, quality.search) for t in zip(positions, angles, strict=True)])
         each = (time.process_time() - begun) / touches
         begun = time.process_time()
-        study_row(finger.skin, ss.NormalStrain(), 1.0, [pitch], [count], Touches(1.0), noise=1e-3 * FULL_SCALE)
+        gauge = Channel(ss.NormalStrain(), 1e-3 * FULL_SCALE)
+        study_at_depth(finger.skin, gauge, 1.0, [pitch], [count], Touches(1.0))
         own = (time.process_time() - begun) / 1e5
         ours, theirs = quality.ambiguous[at] >= 0.5, chi2 < 13.8
         shares = [f"{100 * share.mean():.1f} %" for share in (ours, theirs, ours == theirs)]

@@ -71,14 +71,14 @@ def doubted() -> None:
 
 def placement() -> None:
     skin, touches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0)
-    kind = ss.NormalStrain()
-    ss.design.placement.study_row(skin, kind, 2e-3, [1e-3, 2e-3], [4], touches, noise=5e-5, samples=200)
+    kind = ss.design.placement.Channel(ss.NormalStrain(), noise=5e-5)
+    ss.design.placement.study_at_depth(skin, kind, 2e-3, [1e-3, 2e-3], [4], touches, samples=200)
     ss.design.placement_quality(finger(), touches)
 
 
 def placement_on_area() -> None:
     touches = ss.design.Touches(force=1.0, area=((-1e-3, 1e-3), (-1e-3, 1e-3)))
-    ss.design.placement.area_quality(pad(), touches, grid=(3, 2))
+    ss.design.placement_quality(pad(), touches, grid=(3, 2))
 
 
 def pressure() -> None:

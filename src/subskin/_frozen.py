@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-__all__ = ["Frozen", "Result"]
+__all__ = ["Frozen", "Result", "close"]
 
 _FEW, _LONG = 4, 300
 
@@ -34,7 +34,7 @@ class Frozen:
         return {name: value for name, value in self.__dict__.items() if name not in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        _close(state.values())
+        close(state.values())
         self.__dict__.update(state)
 
     @classmethod
@@ -87,6 +87,8 @@ def _briefly(value: Any) -> str:
         return f"{value.shape} from {' to '.join(ends)}" if len(ends) > 1 else f"{value.shape} of {next(iter(ends))}"
     if isinstance(value, np.ndarray):
         return f"{value.shape} of {value.dtype}"
+    if isinstance(value, dict) and any(isinstance(one, np.ndarray) for one in value.values()):
+        return f"{{{', '.join(f'{name}: {_briefly(one)}' for name, one in value.items())}}}"
     shown = repr(value)
     return f"{type(value).__name__}(...)" if "\n" in shown or len(shown) > _LONG else shown
 
@@ -106,12 +108,12 @@ def _kept(kind: Any) -> frozenset[str]:
     )
 
 
-def _close(values: Iterable[object]) -> None:
+def close(values: Iterable[object]) -> None:
     """Close arrays to writing, also those in lists and mappings."""
     for value in values:
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
         elif isinstance(value, dict):
-            _close(value.values())
+            close(value.values())
         elif isinstance(value, list | tuple):
-            _close(value)
+            close(value)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design.placement import study_row
+from subskin.design.placement import study_at_depth
 from subskin.io.finger_file import load
 
 from .. import _commands
@@ -158,10 +158,10 @@ def test_stopped_and_gone_on(goals, subskin, monkeypatch):
         seen.append(arguments)
         if len(seen) == 3:
             raise KeyboardInterrupt
-        return study_row(*arguments, **more)
+        return study_at_depth(*arguments, **more)
 
     with monkeypatch.context() as patched:
-        patched.setattr("subskin.design.search.grid.study_row", stopped)
+        patched.setattr("subskin.design.search.grid.study_at_depth", stopped)
         done = subskin("design", "long.toml", "-o", "out", "--no-report", "--workers", 1)
     kept = {file: file.stat().st_mtime_ns for file in rows.glob("*.npz")}
     assert done.code == 130

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
-from subskin.design.placement import Arrangement, Channel, area_quality, layouts, study_area
+from subskin.design import Goals, Touches, placement_quality, placement_study, rank_fingers, search_grid
+from subskin.design.placement import Arrangement, Channel, layouts, study_at_depth
 from subskin.design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinChoice
 from subskin.design.search.free import freed
 from subskin.design.search.grid import studied
@@ -20,6 +20,7 @@ from subskin.io.goals_file import GoalsFile, finger_text
 SKIN = ss.HalfSpace(ss.Material(young=0.4e6))
 BOX = ((-4e-3, 4e-3), (-3e-3, 3e-3))
 TOUCHES = Touches(force=1.0, friction=0.5, area=BOX)
+LINES = Touches(force=40.0)
 GAUGE, PRESSURE = (
     SensorKind("gauge", ss.NormalStrain(), 1e-3),
     SensorKind("pressure", ss.MeanPressure(), 30.0, 0.0, 8e4),
@@ -67,12 +68,12 @@ def fisher(finger, touch):
 
 @pytest.fixture(scope="module")
 def quality():
-    return area_quality(grid_finger(), TOUCHES, grid=(7, 6), samples=1000)
+    return placement_quality(grid_finger(), TOUCHES, grid=(7, 6), samples=1000)
 
 
 def test_bounds_are_those_of_differences_of_the_readings(quality):
     for j, k, d in ((0, 0, 0), (3, 2, 4), (5, 6, 12)):
-        touch = ss.PointLoad(components=quality.load[d], position=(quality.y[j], quality.z[k]))
+        touch = ss.PointLoad(components=quality.load[d], position=quality.position[j, k])
         expected = np.linalg.inv(fisher(quality.finger, touch))
         scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
         np.testing.assert_allclose(quality.covariance[j, k, d] / scale, expected / scale, atol=2e-5, equal_nan=False)
@@ -85,16 +86,16 @@ def test_bounds_are_those_of_differences_of_the_readings(quality):
 
 def test_the_radius_of_a_round_touch_is_an_unknown_more():
     touches = replace(TOUCHES, half_width=1.5e-3)
-    found = area_quality(grid_finger(), touches, grid=(3, 3), samples=20)
+    found = placement_quality(grid_finger(), touches, grid=(3, 3), samples=20)
     assert found.covariance.shape[-1] == 6
-    where = (found.y[0], found.z[1])
+    where = found.position[0, 1]
     touch = ss.RoundHertz(components=found.load[4], position=where, half_width=1.5e-3)
     expected = np.linalg.inv(fisher(found.finger, touch))
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     np.testing.assert_allclose(found.covariance[0, 1, 4] / scale, expected / scale, atol=1e-3, equal_nan=False)
     assert found.std["radius"][0, 1, 4] == pytest.approx(np.sqrt(expected[2, 2]), rel=1e-3)
     channel, array = [Channel(ss.NormalStrain(), 1e-3)], [Arrangement("grid", (4,) * 4)]
-    row = study_area(SKIN, channel, 2.5e-3, [2.5e-3], array, touches, grid=(3, 3), samples=20)
+    row = study_at_depth(SKIN, channel, 2.5e-3, [2.5e-3], array, touches, grid=(3, 3), samples=20)
     for name in ("position_95", "radius_mean", "force_worst"):
         assert row[name][0, 0] == pytest.approx(found[name], rel=1e-6)
 
@@ -103,7 +104,7 @@ def test_what_is_foretold_is_what_locate_does(quality):
     """The errors of frames with noise are those of the bounds; shares of ambiguous touches within 0.05."""
     few = ss.SensorArray.grid((3, 2), pitch=4e-3, depth=2.5e-3, transducer=ss.MeanPressure(), noise=50.0)
     for finger in (quality.finger, ss.Finger(SKIN, few)):
-        found = quality if finger is quality.finger else area_quality(finger, TOUCHES, grid=(7, 6), samples=1000)
+        found = quality if finger is quality.finger else placement_quality(finger, TOUCHES, grid=(7, 6), samples=1000)
         rng = np.random.default_rng(1)
         touch = TOUCHES.sample(1500, rng)
         seen = finger.locate(finger.read(touch, rng), search=found.search, friction=0.5)
@@ -119,7 +120,7 @@ def test_what_is_foretold_is_what_locate_does(quality):
 
 @pytest.mark.long
 def test_errors_of_many_frames_are_the_covariance(quality):
-    touch = ss.PointLoad(components=quality.load[4], position=(quality.y[3], quality.z[2]))
+    touch = ss.PointLoad(components=quality.load[4], position=quality.position[3, 2])
     frames = np.broadcast_to(quality.finger.read(touch), (4000, 16))
     frames = frames + 1e-3 * np.random.default_rng(2).standard_normal(frames.shape)
     seen = quality.finger.locate(frames, search=quality.search, friction=0.5)
@@ -132,29 +133,29 @@ def test_sensors_on_a_line_do_not_see_the_touch():
     """Four of five unknowns (docs/locating_area.md); shear gauges beside them, or a grid, see all."""
     row, grid = Arrangement("row", (6,)), Arrangement("grid", (3, 3))
     gauge, shear = Channel(ss.NormalStrain(), 1e-3), Channel(ss.ShearStrain("xz"), 1e-3)
-    study = study_area(SKIN, [gauge], 3e-3, [2e-3], [row, grid], TOUCHES, grid=(5, 4), samples=20)
+    study = study_at_depth(SKIN, [gauge], 3e-3, [2e-3], [row, grid], TOUCHES, grid=(5, 4), samples=20)
     assert study["rank"].tolist() == [[4.0, 5.0]]
     assert study["ambiguous"][0, 0] == 1
     assert np.isinf(study["position_95"][0, 0])
     assert np.isfinite(study["position_95"][0, 1])
-    both = study_area(SKIN, [gauge, shear], 3e-3, [2e-3], [row], TOUCHES, grid=(4, 4), samples=20)
+    both = study_at_depth(SKIN, [gauge, shear], 3e-3, [2e-3], [row], TOUCHES, grid=(4, 4), samples=20)
     assert both["rank"].tolist() == [[4.0]]  # every strain at nu = 1/2 is (F.r) times a function of position
     moved = [Channel(ss.transducer.Displacement(axis), 1e-6) for axis in "xyz"]
-    two = study_area(SKIN, moved, 3e-3, [4e-3], [Arrangement("row", (2,))], TOUCHES, grid=(5, 4), samples=20)
+    two = study_at_depth(SKIN, moved, 3e-3, [4e-3], [Arrangement("row", (2,))], TOUCHES, grid=(5, 4), samples=20)
     assert two["rank"].tolist() == [[5.0]]  # two magnets, six readings
 
 
 def test_kinds_that_take_turns_and_kinds_at_each_position():
     gauge, shear = Channel(ss.NormalStrain(), 1e-3), Channel(ss.ShearStrain("xy"), 1e-3)
     grid = Arrangement("grid", (3, 3))
-    turns = study_area(SKIN, [gauge, shear], 3e-3, [3e-3], [grid], TOUCHES, together=False, grid=(5, 4), samples=20)
+    turns = study_at_depth(SKIN, [gauge, shear], 3e-3, [3e-3], [grid], TOUCHES, together=False, grid=(5, 4), samples=20)
     at, which = grid.points(3e-3), grid.colours(2)
     kinds = [(gauge, shear)[i].transducer for i in which]
     finger = ss.Finger(SKIN, ss.SensorArray(at[:, 0], 3e-3, kinds, z=at[:, 1], noise=1e-3))
-    alone = area_quality(finger, TOUCHES, grid=(5, 4), samples=20)
+    alone = placement_quality(finger, TOUCHES, grid=(5, 4), samples=20)
     assert sorted(which.tolist()) == [0, 0, 0, 1, 1, 1]
     assert turns["log_det"][0, 0] == pytest.approx(alone["log_det"], rel=1e-6)
-    both = study_area(SKIN, [gauge, shear], 3e-3, [3e-3], [grid], TOUCHES, grid=(5, 4), samples=20)
+    both = study_at_depth(SKIN, [gauge, shear], 3e-3, [3e-3], [grid], TOUCHES, grid=(5, 4), samples=20)
     assert both["position_mean"][0, 0] < turns["position_mean"][0, 0]
 
 
@@ -211,7 +212,7 @@ def test_a_design_of_the_grid_is_what_its_finger_does(grid):
     at = (0, 1, 1, 0, [layout.pattern for layout in GOALS.layouts].index("grid"))
     row = grid.row(*at)
     finger = GOALS.finger(row)
-    found = area_quality(finger, TOUCHES, grid=(9, 6), samples=100)
+    found = placement_quality(finger, TOUCHES, grid=(9, 6), samples=100)
     for name in ("position_95", "angle_mean", "force_95", "log_det", "rank"):
         assert grid.values[name][at] == pytest.approx(found[name], rel=1e-6)
     # straight beneath a point load at nu = 1/2: eps_x = 3 F / (2 pi E x^2), pressure F (1 + nu) / (3 pi x^2) ...
@@ -251,7 +252,7 @@ def test_fingers_are_ranked_and_go_into_files(study, tmp_path):
     file = parse_goals(text)
     assert replace(file.goals, title="Finger") == replace(GOALS, title="Finger")
     for k, layout in enumerate((best.row.layout, Arrangement("grid", (3, 3)))):
-        row = replace(best.row, layout=layout, count=layout.count)
+        row = replace(best.row, layout=layout)
         path = tmp_path / f"finger_{k}.toml"
         path.write_text(finger_text(file, row, best.quality.search, ["tried"]))
         back = load(path).finger
@@ -266,7 +267,7 @@ def test_mixes_go_into_files(tmp_path):
     assert goals.readings(3, 6) == 12
     raw = {"kind": "half_space", "young": "0.4 MPa"}
     for m in (2, 3):
-        row = Row(0, m, 6, 3e-3, 2.5e-3, Arrangement("grid", (3, 3)))
+        row = Row(0, m, Arrangement("grid", (3, 3)), 3e-3, 2.5e-3)
         path = tmp_path / f"finger_{m}.toml"
         path.write_text(finger_text(GoalsFile(goals, (raw,), ""), row, BOX, []))
         back, own = load(path).finger.array, goals.finger(row).array
@@ -295,7 +296,11 @@ def test_an_unknown_layout_is_refused():
 
 def test_rows_refuse_what_is_of_an_area():
     with pytest.raises(GeometryError, match="touches on an area"):
-        placement_quality(grid_finger(), TOUCHES)
+        placement_study(SKIN, ss.NormalStrain(), [2e-3], [2e-3], [4], TOUCHES, noise=1e-3)
+    with pytest.raises(GeometryError, match="a 2 x 2 grid"):
+        study_at_depth(SKIN, Channel(ss.NormalStrain(), 1e-3), 2e-3, [2e-3], [Arrangement("grid", (2, 2))], LINES)
+    with pytest.raises(InvalidValueError, match="2 channels"):
+        study_at_depth(SKIN, [Channel(ss.NormalStrain(), 1e-3)] * 2, 2e-3, [2e-3], [4], LINES)
     with pytest.raises(InvalidValueError, match="are on an area"):
         Touches(1.0, half_width=1e-3)
     with pytest.raises(InvalidValueError, match="a span is of line loads"):
@@ -347,7 +352,6 @@ def test_free_positions_are_never_worse_and_keep_to_the_room(grid):
     values = {
         name: float(v[0, 0]) for name, v in studied(GOALS, 0, 1, row.depth, np.array([4e-3]), [row.layout], 100).items()
     }
-    values["unsure"] = values["ambiguous"] + values["unfelt"]
     moved, after = freed(grid, row, values)
     wanted = {c.name: c.wanted for c in grid.criteria if c.name in after}
     assert moved.layout.pattern == "free"

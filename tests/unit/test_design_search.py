@@ -8,7 +8,7 @@ import pytest
 import subskin as ss
 from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
 from subskin.design.finger_table import finger_table
-from subskin.design.placement.row import GRID
+from subskin.design.placement import Arrangement
 from subskin.design.search import (
     Accuracy,
     Check,
@@ -83,8 +83,8 @@ def test_the_grid_covers_the_room_and_no_more(grid):
 
 
 def test_a_design_of_the_grid_is_what_its_finger_can_do(grid):
-    finger = GOALS.finger(ss.design.search.Row(0, 0, 5, float(grid.depths[0, 1]), float(grid.pitches[1])))
-    quality = placement_quality(finger, GOALS.touches, grid=GRID)
+    finger = GOALS.finger(Row(0, 0, Arrangement("row", (5,)), float(grid.depths[0, 1]), float(grid.pitches[1])))
+    quality = placement_quality(finger, GOALS.touches, grid=(101, 41))
     for name in ("position_95", "angle_95", "force_95", "position_mean", "log_det"):
         np.testing.assert_allclose(grid.values[name][0, 0, 1, 1, 1], quality.values[name], rtol=1e-5)
 
@@ -126,7 +126,7 @@ def test_another_seed_other_touches(grid):
 
 
 def test_finished_rows_are_not_worked_out_again(grid, store, monkeypatch):
-    monkeypatch.setattr(grid_module, "study_row", lambda *a, **k: pytest.fail("worked out again"))
+    monkeypatch.setattr(grid_module, "study_at_depth", lambda *a, **k: pytest.fail("worked out again"))
     before = store.found
     again = search_grid(GOALS, store=store)
     assert store.found - before == len(store) == 6
@@ -146,7 +146,7 @@ def test_finished_rows_are_not_worked_out_again(grid, store, monkeypatch):
     ],
 )
 def test_rows_of_another_question_are_not_taken(store, change, grid, monkeypatch):
-    monkeypatch.setattr(grid_module, "study_row", lambda *a, **k: next(iter(store.values())))
+    monkeypatch.setattr(grid_module, "study_at_depth", lambda *a, **k: next(iter(store.values())))
     own = Memory(store)
     search_grid(replace(GOALS, **change), store=own)
     assert own.found == 0
@@ -221,7 +221,7 @@ def test_what_is_promised_is_what_locate_does(study):
     off = np.abs(found.position - touches.position)[sure]
     # 95 % of the touches have a standard error of at most position_95: of these at most 5 % are off by twice that
     assert np.mean(off > 2 * study.fingers[0].values["position_95"]) < 0.05
-    mean_square = np.mean((study.fingers[0].quality.position_std) ** 2)
+    mean_square = np.mean((study.fingers[0].quality.std["position"]) ** 2)
     assert np.mean(off**2) == pytest.approx(mean_square, rel=0.1)
 
 
@@ -414,7 +414,7 @@ def test_how_far_a_depth_may_be_changed(errors, said):
         values={"position_95": values, "log_det": np.zeros_like(values)},
         criteria=(wanted,),
     )
-    row = Row(0, 0, 4, 2.5e-3, 1e-3)
+    row = Row(0, 0, Arrangement("row", (4,)), 2.5e-3, 1e-3)
     study = DesignStudy(grid, (), {(0, 0, 0): (Check(wanted, 1e-3 * errors[3]),)})
     reasons = reasons_of(study, row)
     assert f"Depth 2.5 mm: for noise alone {said}" in reasons

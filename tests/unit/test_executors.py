@@ -79,9 +79,9 @@ def test_what_finishes_while_a_search_is_stopped_is_kept(monkeypatch):
             begun.set()
             raise KeyboardInterrupt
         stopped.wait(5)
-        return {"ambiguous": np.zeros(1)}
+        return {"ambiguous": np.zeros(1), "unfelt": np.zeros(1)}
 
-    monkeypatch.setattr("subskin.design.search.grid.study_row", row)
+    monkeypatch.setattr("subskin.design.search.grid.study_at_depth", row)
     store = Memory()
     threading.Timer(0.1, stopped.set).start()
     with pytest.raises(KeyboardInterrupt):

@@ -204,7 +204,7 @@ def test_goals_take_newtons_where_the_length_is_known():
     known = ', length = "20 mm"'
     goals = parse_goals(GOALS.format(force='["0.5 N", "60 N/m"]', length=known)).goals
     assert (goals.touches.force, goals.strongest, goals.touches.length) == (25.0, 60.0, 0.02)
-    row = ss.design.search.Row(skin=0, sensor=0, count=4, depth=2e-3, pitch=2e-3)
+    row = ss.design.search.Row(skin=0, sensor=0, layout=goals.layouts[0], depth=2e-3, pitch=2e-3)
     file = parse_goals(GOALS.format(force='"0.5 N"', length=known))
     assert parse_finger(finger_text(file, row, (-5e-3, 5e-3), [])).length == 0.02
     with pytest.raises(FileError, match=r'force = "0.5 N": a force per length.*Fix: 0.5 N over a contact 20 mm long'):

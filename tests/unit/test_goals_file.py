@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.design.placement import Arrangement
 from subskin.design.search import Row
 from subskin.errors import FileError
 from subskin.io.finger_file import parse_finger
@@ -116,7 +117,7 @@ def test_the_example_that_the_command_prints_is_read():
 @pytest.mark.parametrize("skin", [0, 1])
 def test_a_design_written_as_a_finger_is_the_same_finger(skin, sensor):
     file = parse_goals(GOALS)
-    row = Row(skin, sensor, 4, 2e-3, 1.2e-3)
+    row = Row(skin, sensor, Arrangement("row", (4,)), 2e-3, 1.2e-3)
     wanted = file.goals.finger(row)
     text = finger_text(file, row, (-6e-3, 5e-3), ['why: "so"', "and = this"])
     written = parse_finger(text)

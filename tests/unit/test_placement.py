@@ -5,7 +5,7 @@ import pytest
 
 import subskin as ss
 from subskin.design import Touches, best_positions, best_row, placement_quality, placement_study
-from subskin.design.placement import PLACEMENT_MEASURES, study_row
+from subskin.design.placement import PLACEMENT_MEASURES, Channel, study_at_depth
 from subskin.errors import GeometryError, InvalidValueError, NotLinearError
 from subskin.plot import placement_figure, placement_study_figure
 
@@ -16,8 +16,9 @@ FINGER = ss.Finger(SKIN, ss.SensorArray.line(4, 1.5e-3, 2e-3, noise=5e-5))
 
 
 def rows(pitches=(1e-3, 2e-3), counts=(4,), skin=SKIN, kind=KIND, depth=2e-3, touches=TOUCH, **options):
-    options = {"noise": 5e-5, "samples": 100} | options
-    return study_row(skin, kind, depth, list(pitches), list(counts), touches, **options)
+    channel = Channel(kind, options.pop("noise", 5e-5), options.pop("width", 0.0))
+    options = {"samples": 100} | options
+    return study_at_depth(skin, channel, depth, list(pitches), list(counts), touches, **options)
 
 
 @pytest.fixture(scope="module")

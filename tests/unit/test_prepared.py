@@ -11,7 +11,8 @@ import pytest
 
 import subskin as ss
 from subskin import prepared as prepared_module
-from subskin.design.placement._table import OneSensor
+from subskin.design.placement import Channel
+from subskin.design.placement._row import OneSensor
 from subskin.errors import InvalidValueError, UnknownOptionError
 from subskin.prepared import Prepared, prepared, tabulated
 from subskin.radial import tabulate_radial
@@ -126,7 +127,7 @@ def layered():
 
 
 def one_sensor(reach, width=0.0, noise=1.0):
-    return OneSensor(layered(), ss.NormalStrain(), 2e-3, noise, width, reach)
+    return OneSensor(layered(), Channel(ss.NormalStrain(), noise, width), 2e-3, reach)
 
 
 def test_a_row_of_an_equal_skin_is_tabulated_once(tables):

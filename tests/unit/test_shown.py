@@ -257,4 +257,4 @@ def test_what_looks_at_a_finger_shows_shapes_and_ends():
         assert len(repr(result)) < 1500
     shown = repr(ss.design.placement_quality(FINGER, touches, grid=(21, 11)))
     assert "PlacementQuality(finger=Finger(...)" in shown
-    assert "position_std=(21, 11) from " in shown
+    assert "std={position: (21, 11) from " in shown

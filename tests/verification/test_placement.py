@@ -10,12 +10,16 @@ from scipy.special import ndtr
 
 import subskin as ss
 from subskin.design import Touches, best_positions, placement_quality, placement_study
-from subskin.design.placement import study_row
+from subskin.design.placement import Channel, study_at_depth
 
 FULL_SCALE = 3 / (2 * np.pi)  # |strain| one depth beneath a unit normal line load, E = 1
 PLANE = ss.HalfPlane(ss.Material(young=1.0))
 TOUCH = Touches(force=1.0)
 FRAMES = 30
+
+
+def rows(skin, kind, depth, pitches, counts, touches, *, noise, width=0.0, **options):
+    return study_at_depth(skin, Channel(kind, noise, width), depth, pitches, counts, touches, **options)
 
 
 def row(count, pitch, noise, skin=PLANE, kind=None, depth=1.0):
@@ -98,13 +102,13 @@ def test_the_worst_touch_does_not_hang_on_the_grid():
     for finger in (row(5, 0.8, 1e-3), row(8, 1.7, 1e-3)):
         worst = [placement_quality(finger, TOUCH, grid=grid)["position_worst"] for grid in ((90, 40), (401, 161))]
         rough = placement_quality(finger, TOUCH, grid=(401, 161))
-        y = float(rough.position[rough.position_std.max(axis=1).argmax()])
+        y = float(rough.position[rough.std["position"].max(axis=1).argmax()])
         span = max(y - 0.02, rough.position[0]), min(y + 0.02, rough.position[-1])
-        fine = placement_quality(finger, Touches(1.0, span=span), grid=(401, 641)).position_std.max()
+        fine = placement_quality(finger, Touches(1.0, span=span), grid=(401, 641)).std["position"].max()
         np.testing.assert_allclose(worst[0], worst[1], rtol=1e-4)
         assert fine <= worst[1] * (1 + 1e-6) < 1.001 * fine
     wide = placement_quality(row(4, 0.85, 1e-3), Touches(1.0, span=(-2.0, 2.0)), grid=(100, 40))
-    assert np.isfinite(wide.position_std).all()
+    assert np.isfinite(wide.std["position"]).all()
     assert np.isinf(wide["position_worst"])
 
 
@@ -114,9 +118,9 @@ def test_quantile_and_mean_are_those_of_the_maps():
     weight[[0, -1]] *= 0.5
     weight[:, [0, -1]] *= 0.5
     for name, std, unknown in (
-        ("position", quality.position_std, 1.6 / np.sqrt(12)),
-        ("angle", quality.angle_std, np.pi / 4 / np.sqrt(3)),
-        ("force", quality.force_std, 1.0),
+        ("position", quality.std["position"], 1.6 / np.sqrt(12)),
+        ("angle", quality.std["angle"], np.pi / 4 / np.sqrt(3)),
+        ("force", quality.std["force"], 1.0),
     ):
         below = np.average(std <= quality[f"{name}_95"], weights=weight)
         assert 0.95 <= below < 0.9503
@@ -128,7 +132,7 @@ def test_quantile_and_mean_are_those_of_the_maps():
 def test_a_rival_elsewhere_is_ambiguous_and_wrong_as_often_as_foretold():
     """Where a rival is neither near nor tied, both probabilities are told touch by touch."""
     quality, found = foretold_and_found(row(4, 2.0, 1e-3), grid=(301, 31))
-    sharp = 6 * quality.position_std < 0.1
+    sharp = 6 * quality.std["position"] < 0.1
     error = np.abs(found.position - quality.position[:, None, None])
     for foretold, said in ((quality.ambiguous, found.status == ss.Status.AMBIGUOUS), (quality.wrong, error > 0.1)):
         for low, high in ((1e-6, 0.05), (0.05, 0.2), (0.2, 0.45), (0.55, 0.95)):
@@ -149,7 +153,7 @@ def test_no_rival_is_overlooked(count, pitch):
     rival = finger.locate(finger.read(load), search=quality.search).second
     distance = np.sqrt(np.clip(rival.chi2, 1e-12, 1e6))  # infinite where there is none
     chance = ndtr((13.8 - distance**2) / (2 * distance)) - ndtr((-13.8 - distance**2) / (2 * distance))
-    sharp = 6 * quality.position_std < 0.1  # where the profile is not flat, in which `locate` sees minima by rounding
+    sharp = 6 * quality.std["position"] < 0.1  # not where the profile is flat: there `locate` sees minima by rounding
     assert (chance[sharp] > 0.5).sum() > 20
     assert (quality.ambiguous > chance - 0.02)[sharp].mean() > 0.9985
 
@@ -171,17 +175,17 @@ def test_bounds_are_those_of_the_forward_model(name, friction):
     jacobian = np.stack(columns, -1)[..., live, :] / np.asarray(finger.array.noise)[live, None]
     fisher = np.einsum("...ni,...nj->...ij", jacobian, jacobian)
     std = np.sqrt(np.diagonal(np.linalg.inv(fisher), axis1=-2, axis2=-1))
-    np.testing.assert_allclose(quality.position_std, std[..., 0], rtol=1e-4)
-    np.testing.assert_allclose(quality.force_std, std[..., 1], rtol=1e-4)
+    np.testing.assert_allclose(quality.std["position"], std[..., 0], rtol=1e-4)
+    np.testing.assert_allclose(quality.std["force"], std[..., 1], rtol=1e-4)
     if friction:
-        np.testing.assert_allclose(quality.angle_std, std[..., 2], rtol=1e-4)
+        np.testing.assert_allclose(quality.std["angle"], std[..., 2], rtol=1e-4)
         weight = np.ones((11, 5))
         weight[[0, -1]] *= 0.5
         weight[:, [0, -1]] *= 0.5
         log_det = np.average(np.log(np.linalg.det(fisher)), weights=weight)
         np.testing.assert_allclose(quality["log_det"], log_det, atol=1e-4)
     else:
-        assert (quality.angle_std == 0).all()
+        assert (quality.std["angle"] == 0).all()
 
 
 @pytest.mark.parametrize("pitch", [0.4, 0.7, 1.0, np.sqrt(3), 2.3])
@@ -191,7 +195,7 @@ def test_three_sensors_do_not_tell_a_normal_touch_in_the_middle(pitch):
     At a spacing of one depth it is the angle that is not told: only the middle sensor feels it, and not to first order.
     """
     quality = placement_quality(row(3, pitch, 1e-3), TOUCH, grid=(21, 11))
-    middle = (quality.angle_std if pitch == 1.0 else quality.position_std)[10]
+    middle = (quality.std["angle"] if pitch == 1.0 else quality.std["position"])[10]
     assert np.isinf(middle[5])
     if pitch in (1.0, np.sqrt(3)):
         assert np.isinf(middle).all()
@@ -205,18 +209,16 @@ def test_a_row_is_judged_alike_alone_and_in_a_study():
         finger = row(5, 0.8, 1e-3, skin)
         finger = replace(finger, array=replace(finger.array, width=0.4))
         alone = placement_quality(finger, TOUCH, grid=(101, 41))
-        study = study_row(
-            skin, ss.NormalStrain(), 1.0, [0.8], [5], TOUCH, noise=1e-3 * FULL_SCALE, width=0.4, samples=1
-        )
+        study = rows(skin, ss.NormalStrain(), 1.0, [0.8], [5], TOUCH, noise=1e-3 * FULL_SCALE, width=0.4, samples=1)
         for name in ("position_worst", "position_95", "position_mean", "angle_worst", "force_95", "log_det"):
             np.testing.assert_allclose(study[name][0, 0], alone[name], rtol=1e-5)
 
 
 def test_jittered_touches_come_to_the_same_as_random_ones():
-    from subskin.design.placement._table import RowField
+    from subskin.design.placement._row import RowField
 
     finger = row(4, 1.5, 3e-3)
-    study = study_row(PLANE, ss.NormalStrain(), 1.0, [1.5], [4], TOUCH, noise=3e-3 * FULL_SCALE)
+    study = rows(PLANE, ss.NormalStrain(), 1.0, [1.5], [4], TOUCH, noise=3e-3 * FULL_SCALE)
     load = TOUCH.sample(20_000, np.random.default_rng(3), finger)
     maps = RowField.of(finger, (-3.75, 3.75)).survey(TOUCH, load.position, load.angle[:, None], 13.8)
     for k, name in ((4, "ambiguous"), (5, "wrong")):
@@ -227,12 +229,8 @@ def test_jittered_touches_come_to_the_same_as_random_ones():
 
 def test_lengths_scale():
     """Twice all lengths and twice the force: the same readings, and so twice the errors of place and nothing else."""
-    small = study_row(
-        PLANE, ss.NormalStrain(), 1.0, [0.6, 1.6], [4], Touches(1.0, span=(-1, 1)), noise=1e-3, samples=2000
-    )
-    large = study_row(
-        PLANE, ss.NormalStrain(), 2.0, [1.2, 3.2], [4], Touches(2.0, span=(-2, 2)), noise=1e-3, samples=2000
-    )
+    small = rows(PLANE, ss.NormalStrain(), 1.0, [0.6, 1.6], [4], Touches(1.0, span=(-1, 1)), noise=1e-3, samples=2000)
+    large = rows(PLANE, ss.NormalStrain(), 2.0, [1.2, 3.2], [4], Touches(2.0, span=(-2, 2)), noise=1e-3, samples=2000)
     for name in ("position_worst", "position_95", "position_mean"):
         np.testing.assert_allclose(large[name], 2 * small[name], rtol=1e-6)
     for name in ("angle_worst", "force_95", "ambiguous", "wrong"):
@@ -252,13 +250,13 @@ def test_the_study_depends_on_the_seed_and_not_on_the_workers():
         np.testing.assert_array_equal(values, two[name])
     assert (one["ambiguous"] != other["ambiguous"]).any()
     assert one["ambiguous"].shape == (2, 2, 2, 2)
-    alone = study_row(PLANE, ss.MeanPressure(), 1.0, [1.0, 2.0], [3, 4], TOUCH, noise=1e-2, samples=3000, rng=4)
+    alone = rows(PLANE, ss.MeanPressure(), 1.0, [1.0, 2.0], [3, 4], TOUCH, noise=1e-2, samples=3000, rng=4)
     np.testing.assert_array_equal(one["wrong"][1, 1], alone["wrong"])
 
 
 def test_three_sensors_want_a_pitch_of_one_depth_sharply():
     """Loads within a depth of the middle, 45 degrees, noise of 0.5 % of full scale, looked for half a depth beyond."""
-    found = study_row(
+    found = rows(
         PLANE, ss.NormalStrain(), 1.0, [0.5, 0.9, 1.0, 1.1], [3], Touches(1.0, span=(-1, 1)),
         noise=5e-3 * FULL_SCALE, margin=0.5,
     )["ambiguous"][:, 0]  # fmt: skip
@@ -268,7 +266,7 @@ def test_three_sensors_want_a_pitch_of_one_depth_sharply():
 
 
 def test_more_sensors_are_told_from_055_or_040_depths_on_and_less_than_twice_the_depth_is_too_far():
-    found = study_row(
+    found = rows(
         PLANE, ss.NormalStrain(), 1.0, [0.35, 0.4, 0.5, 0.55, 0.75, 1.0, 1.05, 2.0], [4, 5, 8],
         Touches(1.0, span=(-1, 1)), noise=5e-3 * FULL_SCALE, margin=0.5, samples=20_000,
     )  # fmt: skip
@@ -286,11 +284,11 @@ def test_the_largest_determinant_is_not_the_best_position():
     """D-optimality alone: three sensors with a tenth of all touches ambiguous; six with the worst touch unseen."""
     pitches = np.arange(0.4, 1.6, 0.05)
     noise = 1e-3 * FULL_SCALE
-    three = study_row(PLANE, ss.NormalStrain(), 1.0, pitches, [3], TOUCH, noise=noise, margin=0.5, samples=5000)
+    three = rows(PLANE, ss.NormalStrain(), 1.0, pitches, [3], TOUCH, noise=noise, margin=0.5, samples=5000)
     chosen, best = three["log_det"].argmax(), three["ambiguous"].argmin()
     assert abs(pitches[best] - 1) < 1e-9
     assert three["ambiguous"][chosen] > 0.08 > 50 * three["ambiguous"][best]
-    six = study_row(PLANE, ss.NormalStrain(), 1.0, pitches, [6], Touches(1.0, span=(-2, 2)), noise=noise, samples=5000)
+    six = rows(PLANE, ss.NormalStrain(), 1.0, pitches, [6], Touches(1.0, span=(-2, 2)), noise=noise, samples=5000)
     assert six["position_worst"][six["log_det"].argmax()] > 10 * six["position_worst"].min()
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.design import Ridges, Touches, placement_quality
-from subskin.design.placement.row import study_row
+from subskin.design.placement import Channel, study_at_depth
 from subskin.design.ridges import best_ridge_pitch, read_ridged
 from subskin.skin import Ridged
 
@@ -109,8 +109,8 @@ def test_placement_knows_the_ridges():
     seen = [placement_quality(ss.Finger(skin, ROW), touches, grid=(21, 5))["position_95"] for skin in coarse]
     assert abs(seen[0] / smooth["position_95"] - 1) > 0.05
     assert abs(seen[0] / seen[1] - 1) > 0.01
-    sizes = {"noise": 1e-4, "samples": 10, "grid": (21, 5)}
-    row = study_row(SKINS["half plane"], ss.NormalStrain(), A, [1.2 * A], [6], touches, **sizes)
+    sizes = {"samples": 10, "grid": (21, 5)}
+    row = study_at_depth(SKINS["half plane"], Channel(ss.NormalStrain(), 1e-4), A, [1.2 * A], [6], touches, **sizes)
     own = placement_quality(FINGERS["half plane"], touches, grid=(21, 5))
     assert row["position_95"].item() == pytest.approx(own["position_95"], rel=1e-9)
 

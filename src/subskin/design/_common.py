@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Result, close
 from ..array import SensorArray
 from ..contact.families import Family, LocalFamily
 from ..errors import GeometryError, InvalidValueError
@@ -17,6 +18,13 @@ from ..estimate.locate import locator, row_locator
 from ..finger import Finger
 from ..skin import Skin
 from .touches import Touches
+
+
+class Found(Result):
+    """What a tool found: a dataclass of many numbers, of which a person sees the shapes and which none can change."""
+
+    def __post_init__(self) -> None:
+        close(self.__dict__.values())
 
 
 def whole(name: str, value: object, least: int = 1, most: int = 10**8) -> int:

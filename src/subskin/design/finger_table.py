@@ -57,14 +57,11 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int, both: bool) -> dict[
         cells["sensor"] = goals.choices[row.sensor].name
     if len(goals.skins) > 1:
         cells["skin"] = goals.skins[row.skin].name
-    if row.layout is not None:
+    if goals.on_area:
         cells["layout"] = row.layout.text
     else:
         cells["n"] = str(row.count)
-    cells |= {
-        "pitch": "-" if row.layout is not None and row.layout.at else in_words(row.pitch, "m"),
-        "depth": in_words(row.depth, "m"),
-    }
+    cells |= {"pitch": "-" if row.free else in_words(row.pitch, "m"), "depth": in_words(row.depth, "m")}
     for name, unit in _errors(goals):
         known = name == "angle" and goals.touches.friction == 0
         cells[name] = "-" if known else in_words(values[f"{name}_95"], unit)

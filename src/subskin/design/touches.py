@@ -98,6 +98,11 @@ class Touches:
             object.__setattr__(self, "half_width", wide)
 
     @property
+    def dim(self) -> int:
+        """Coordinates of a position: 1 along a row, 2 on an area."""
+        return 1 if self.area is None else 2
+
+    @property
     def unit(self) -> str:
         """Unit of the force: that of a line load, or of a local one."""
         return "N/m" if self.area is None else "N"
@@ -161,7 +166,7 @@ class Touches:
         y, z = _cells(np.ptp(np.asarray(self.area), axis=1), positions)
         shares = np.meshgrid((np.arange(y) + 0.5) / y, (np.arange(z) + 0.5) / z, indexing="ij")
         i = np.arange(angles)
-        return self._at(np.stack(shares, axis=-1).reshape(-1, 2)), self._leaning(
+        return self._at(np.stack(shares, axis=-1).reshape(-1, 2)), self.leaning(
             self.cone * (i + 0.5) / angles, i * _GOLDEN
         )
 
@@ -185,7 +190,7 @@ class Touches:
         box = np.asarray(self.area)
         return np.asarray(box[:, 0] + shares * np.ptp(box, axis=1))
 
-    def _leaning(self, angle: FloatArray, azimuth: FloatArray) -> FloatArray:
+    def leaning(self, angle: FloatArray, azimuth: FloatArray) -> FloatArray:
         """Components (..., 3) [N] of loads on an area."""
         side = np.sin(angle)
         return self.force * np.stack([np.cos(angle), side * np.cos(azimuth), side * np.sin(azimuth)], axis=-1)
@@ -215,7 +220,7 @@ class Touches:
         _check.noun("rng", rng, np.random.Generator, "rng=np.random.default_rng(0)")
         if self.area is not None:
             angle, azimuth = rng.uniform(0.0, self.cone, count), rng.uniform(-np.pi, np.pi, count)
-            return self.contact(self._leaning(angle, azimuth), self._at(rng.uniform(size=(count, 2))))
+            return self.contact(self.leaning(angle, azimuth), self._at(rng.uniform(size=(count, 2))))
         low, high = self.span_on(finger)
         angle = rng.uniform(-1.0, 1.0, count) * self.cone
         return LineLoad(self.force, angle, rng.uniform(low, high, count))

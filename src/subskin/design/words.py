@@ -132,7 +132,7 @@ def verdict_of(study: DesignStudy) -> str:
     if best.outcome is None:
         if best.meets:
             return "It meets every goal. Only the noise of the sensors is counted, no tolerance of the making."
-        why = "" if best.row.layout is None or best.finger.array.on_area else _ROW
+        why = _ROW if study.goals.on_area and not best.finger.array.on_area else ""
         return f"It misses: {_missed(best.checks)}.{why}"
     once = after(best.outcome)
     if best.meets and met(best.as_made):
@@ -213,8 +213,8 @@ def _row(goals: Goals, row: Row | None) -> str:
 
 def row_in_words(goals: Goals, row: Row) -> str:
     """What a design is: how many of what, how far apart and how deep, in which skin."""
-    many = f"{row.count} ×" if row.layout is None else f"{row.layout.text},"
-    apart = "" if row.layout is not None and row.layout.at else f"{in_words(row.pitch, 'm')} apart, "
+    many = f"{row.layout.text}," if goals.on_area else f"{row.count} ×"
+    apart = "" if row.free else f"{in_words(row.pitch, 'm')} apart, "
     return (
         f"{many} {goals.choices[row.sensor].name}, {apart}"
         f"{in_words(row.depth, 'm')} deep in “{goals.skins[row.skin].name}”"
@@ -255,8 +255,7 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     before = study.goals.layouts[n - 1]
     less = f"a {before.text}" if study.goals.on_area else str(before.count)
     fewer = f"; with {less} the best {_other(study, excess, (k, m, n - 1))}" if n else ", the fewest that were allowed"
-    many = f"{row.count} sensors" if row.layout is None else f"{row.count} positions ({row.layout.text})"
-    free = row.layout is not None and bool(row.layout.at)
+    many = f"{row.count} positions ({row.layout.text})" if study.goals.on_area else f"{row.count} sensors"
     reasons = [
         _limit(study.goals, _own_checks(study, row)),
         f"{many}{fewer}.",
@@ -264,7 +263,7 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
               lambda i: _worst(grid, (k, m, i, int(np.argmin(own[i])), n))),
         _span("Pitch", row.pitch, pitches, own[d], s, ("closer", "wider"), "", lambda i: _worst(grid, (k, m, d, i, n))),
     ]  # fmt: skip
-    if free:
+    if row.free:
         base = study.goals.layouts[n].text
         reasons[-1] = f"Free positions: the sensors of the best {base} array, each moved while that made it better."
     others = [("sensor", kind.name, (k, i, n)) for i, kind in enumerate(study.goals.choices) if i != m]

@@ -318,7 +318,7 @@ def finger_text(file: GoalsFile, row: Row, search: Any, remarks: list[str]) -> s
     ... sensor = [{name = "gauge", kind = "normal_strain", noise = 1e-4}]
     ... skin = [{name = "soft", young = "0.4 MPa"}]
     ... ''')
-    >>> row = Row(skin=0, sensor=0, count=4, depth=2e-3, pitch=2e-3)
+    >>> row = Row(skin=0, sensor=0, layout=file.goals.layouts[0], depth=2e-3, pitch=2e-3)
     >>> finger_text(file, row, (-5e-3, 5e-3), ["tried"]).splitlines()[2:4]
     ['[skin]', 'young = "0.4 MPa"']
     """
@@ -342,18 +342,18 @@ def _sensors_of(goals: Goals, row: Row) -> dict[str, Any]:
     """[sensors] of the design."""
     choice, layout = goals.choices[row.sensor], row.layout
     table: dict[str, Any] = {}
-    if layout is None:
+    if not goals.on_area:
         table |= {"count": row.count, "pitch": format_quantity(row.pitch, "m")}
     elif layout.pattern == "grid":
         shape = [layout.rows[0], len(layout.rows)]
         table |= {"layout": "grid", "shape": shape, "pitch": format_quantity(row.pitch, "m")}
         table |= {"centre": [format_quantity(side, "m") for side in goals.middle]} if any(goals.middle) else {}
-    if layout is not None and layout.pattern != "grid":
+    else:
         at = np.round(layout.points(row.pitch, goals.middle), 7)
         table |= {key: [format_quantity(v, "m") for v in at[:, i].tolist()] for i, key in enumerate("yz")}
     table["depth"] = format_quantity(row.depth, "m")
     kinds = list(choice.kinds)
-    if len(kinds) > 1 and not choice.together and layout is not None:
+    if len(kinds) > 1 and not choice.together:
         kinds = [kinds[i] for i in layout.colours(len(kinds))]
     said = [said_of(kind.transducer) for kind in kinds]
     table |= {"kind": said[0]} if len(kinds) == 1 else {"channels" if choice.together else "kind": said}

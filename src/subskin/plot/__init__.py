@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from .._path import path_of
 from ..errors import InvalidValueError
 from .above import finger_above
-from .area_placement import area_placement_figure
 from .blind import blind_figure
 from .compliance import compliance_figure, figure_17
 from .drift import drift_figure
@@ -48,7 +47,6 @@ __all__ = [
     "COMPONENTS",
     "MEMO_FIGURES",
     "aliasing_figure",
-    "area_placement_figure",
     "blind_figure",
     "compliance_figure",
     "contact_strip",

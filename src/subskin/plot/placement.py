@@ -24,18 +24,23 @@ _COLOURS = (VERMILLION, ORANGE, GREEN, BLUE, PINK, BLACK)
 _LEAST, _MOST = 3.0, 300.0
 """Largest over smallest standard deviation that a map's colours tell apart: an even map looks even."""
 
+_SHARE = 0.95
+_UNITS = {"position": (MM, "mm"), "radius": (MM, "mm"), "angle": (180 / np.pi, "°"), "force": (100.0, "%")}
 _FLOOR = 0.01
 """Share of touches [%] at the foot of the panel, where less is drawn as well."""
 
 
 @finished
 def placement_figure(quality: PlacementQuality) -> Figure:
-    """Standard deviations of position and angle over those of the touch, hatched where it is not located for sure.
+    """Standard deviations over the touches, marked where they are not located for sure.
+
+    Of a row those of position and angle, over position and angle. On an area those of position, and of the radius or
+    the force, over the area: at each position that of the load which 95 % of the loads there do not exceed.
 
     Parameters
     ----------
     quality : PlacementQuality
-        From `subskin.design.placement_quality`, on a grid of two angles or more.
+        From `subskin.design.placement_quality`, of a row on a grid of two angles or more.
 
     Raises
     ------
@@ -51,29 +56,31 @@ def placement_figure(quality: PlacementQuality) -> Figure:
     >>> placement_figure(quality).axes[0].get_ylabel()
     'angle of the touch [°]'
     """
-    if quality.angle.size < 2:
+    row = quality.touches.dim == 1
+    if row and len(quality.load) < 2:
         raise GeometryError("a grid of one angle", "two or more make a map", "friction > 0, grid=(101, 41)")
-    figure = new_figure(DOUBLE, 72.0)
-    figure.get_layout_engine().set(wspace=0.08)  # type: ignore[union-attr,call-arg]
+    figure = new_figure(DOUBLE, 72.0 if row else 74.0)
+    if row:
+        figure.get_layout_engine().set(wspace=0.08)  # type: ignore[union-attr,call-arg]
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
-    _map(figure, panels[0], quality, MM * quality.position_std, "std of the position [mm]")
-    _map(figure, panels[1], quality, np.rad2deg(quality.angle_std), "std of the angle [°]")
-    panels[0].set_ylabel("angle of the touch [°]")
-    worst, unsure = MM * quality["position_worst"], 100 * (quality["ambiguous"] + quality["unfelt"])
-    told = f"{worst:.3g} mm at worst" if np.isfinite(worst) else "not determined at worst"
-    panels[0].set_title(f"position: {told}")
+    other = "angle" if row else "force" if quality.touches.half_width is None else "radius"
+    for axes, name in zip(panels, ("position", other), strict=True):
+        scale, unit = _UNITS[name]
+        draw = _over_angles if row else _over_area
+        draw(figure, axes, quality, scale * quality.std[name], f"std of the {name} [{unit}]")
+    panels[0].set_ylabel("angle of the touch [°]" if row else "z of the touch [mm]")
+    size = MM * quality["position_worst" if row else "position_95"]
+    told, where = f"{size:.3g} mm" if np.isfinite(size) else "not determined", "at worst" if row else "for 95 %"
+    panels[0].set_title(f"position: {told} {where}")
+    unsure = 100 * (quality["ambiguous"] + np.nan_to_num(quality["unfelt"]))
     panels[1].set_title(f"unsure: {unsure:.2g} % of touches" if unsure >= 0.01 else "no touch is unsure")
     return figure
 
 
-def _map(figure: Figure, axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> None:
+def _over_angles(figure: Figure, axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> None:
+    """A map of a row over positions and angles, hatched where touches are unsure, with the sensors below."""
     positions, angles = MM * quality.position, np.rad2deg(quality.angle)
-    known = std[np.isfinite(std) & (std > 0)]
-    low = float(known.min()) if known.size else 1.0
-    high = float(np.clip(known.max(initial=low), _LEAST * low, _MOST * low))
-    shown = axes.pcolormesh(
-        positions, angles, std.T, norm=LogNorm(low, high), cmap="cividis_r", shading="nearest", rasterized=True
-    )
+    _map(figure, axes, positions, angles, std, label)
     unsure = (quality.ambiguous + quality.unfelt).T
     if (unsure >= 0.5).any():
         with mpl.rc_context({"hatch.linewidth": 0.5, "hatch.color": VERMILLION}):
@@ -87,6 +94,37 @@ def _map(figure: Figure, axes: Axes, quality: PlacementQuality, std: FloatArray,
     axes.set_xlim(min(positions[0], y.min()) - margin, max(positions[-1], y.max()) + margin)
     axes.tick_params(axis="x", pad=6)
     axes.set_xlabel("position of the touch [mm], sensors marked")
+
+
+def _over_area(figure: Figure, axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> None:
+    """A map over an area of what 95 % of the loads at each position keep, outlined where touches are ambiguous."""
+    order = np.argsort(std, axis=-1)
+    passed = np.cumsum(np.take_along_axis(quality.weight, order, axis=-1), axis=-1)
+    at = (passed < _SHARE * passed[..., -1:]).sum(axis=-1)[..., None]
+    kept = np.take_along_axis(np.take_along_axis(std, order, axis=-1), at, axis=-1)[..., 0]
+    y, z = MM * quality.position[:, 0, 0], MM * quality.position[0, :, 1]
+    axes.set_facecolor("#EEEEEE")
+    _map(figure, axes, y, z, kept, label)
+    unsure = np.average(quality.ambiguous, axis=-1, weights=quality.weight).T
+    if (unsure >= 0.5).any() and not (unsure >= 0.5).all():
+        axes.contour(y, z, unsure, levels=[0.5], colors=[VERMILLION], linewidths=1.2)
+    points = MM * np.unique(quality.finger.array.points[quality.finger.array.live], axis=0)
+    axes.plot(*points.T, "o", mfc="white", mec=BLACK, mew=0.9, ms=4.5, zorder=3)
+    seen = np.concatenate([points, np.stack([y[[0, -1]], z[[0, -1]]], axis=-1)])
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    margin = 0.04 * float((high - low).max())
+    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
+    axes.set_box_aspect(float((high[1] - low[1] + 2 * margin) / (high[0] - low[0] + 2 * margin)))
+    axes.set_xlabel("y of the touch [mm]")
+
+
+def _map(figure: Figure, axes: Axes, x: FloatArray, y: FloatArray, std: FloatArray, label: str) -> None:
+    """Standard deviations (x, y) in colours, and their bar."""
+    known = std[np.isfinite(std) & (std > 0)]
+    low = float(known.min()) if known.size else 1.0
+    high = float(np.clip(known.max(initial=low), _LEAST * low, _MOST * low))
+    look: dict[str, Any] = {"cmap": "cividis_r", "shading": "nearest", "rasterized": True}
+    shown = axes.pcolormesh(x, y, std.T, norm=LogNorm(low, high), **look)
     bar = figure.colorbar(shown, ax=axes, label=label, extend="max" if (std > high).any() else "neither")
     plain(bar.ax.yaxis, subs=(1.0, 2.0, 5.0) if high < 50 * low else (1.0, 3.0))
 

@@ -72,7 +72,8 @@ def design_map_figure(study: DesignStudy, finger: DesignedFinger | None = None) 
 def _map(figure: Figure, axes: Axes, study: DesignStudy, chosen: DesignedFinger, excess: np.ndarray) -> None:
     grid, row = study.grid, chosen.row
     pitches, depths = 1e3 * grid.pitches, 1e3 * grid.depths[row.skin]
-    many = f"{row.count} sensors" if row.layout is None else study.goals.layouts[row.which(study.goals)[2]].text
+    layout = study.goals.layouts[row.which(study.goals)[2]]
+    many = layout.text if study.goals.on_area else f"{row.count} sensors"
     axes.set_title(f"{many}, {study.goals.choices[row.sensor].name}")
     axes.set(xlabel="pitch [mm]", ylabel="depth [mm]")
     shown = np.where(np.isfinite(excess), np.minimum(excess, _TOP), np.nan)
@@ -91,7 +92,7 @@ def _map(figure: Figure, axes: Axes, study: DesignStudy, chosen: DesignedFinger,
         plain(bar.ax.yaxis, [0.2, 0.5, 1, 2, 5, 10, 30] if good else _ticks(low, max(high, 1.5 * low)))
     plain(axes.xaxis, _ticks(pitches[0], pitches[-1]))
     plain(axes.yaxis, _ticks(depths[0], depths[-1]))
-    if row.layout is None or not row.layout.at:
+    if not row.free:
         axes.plot([1e3 * row.pitch], [1e3 * row.depth], "o", mfc="white", mec=VERMILLION, mew=1.6, ms=7)
 
 

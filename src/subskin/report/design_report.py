@@ -8,7 +8,6 @@ from .. import __version__
 from ..contact import LineLoad
 from ..design import sensor_density, spatial_response
 from ..design.finger_table import finger_table, legend_of
-from ..design.placement import AreaQuality
 from ..design.search import DesignedFinger, DesignStudy
 from ..design.tolerance import SOURCES, ToleranceBudget
 from ..design.two_point import AreaLimen
@@ -25,7 +24,6 @@ from ..design.words import (
     verdict_of,
 )
 from ..plot import (
-    area_placement_figure,
     design_map_figure,
     finger_above,
     finger_section,
@@ -92,7 +90,7 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
         )
     blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(best))]
     for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
-        blocks.append(_accuracy(finger, f"Finger {rank}. {name}."))
+        blocks.append(Picture(placement_figure(finger.quality), f"Finger {rank}. {name}."))
     blocks += [*_tolerances(study, best), *_unopposed(best), *_two_points(best)]
     blocks += [] if goals.on_area else _filter(best)
     blocks += _provenance(study, goals_text)
@@ -102,13 +100,6 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
 
 def _name(study: DesignStudy, finger: DesignedFinger) -> str:
     return row_in_words(study.goals, finger.row)
-
-
-def _accuracy(finger: DesignedFinger, caption: str) -> Picture:
-    quality = finger.quality
-    if isinstance(quality, AreaQuality):
-        return Picture(area_placement_figure(quality), caption)
-    return Picture(placement_figure(quality), caption)
 
 
 def _verdict(study: DesignStudy) -> str:
@@ -182,7 +173,7 @@ def _ranked(study: DesignStudy) -> str:
 
 def _resolution(finger: DesignedFinger) -> str:
     values = finger.values
-    if isinstance(finger.quality, AreaQuality):
+    if finger.quality.touches.dim == 2:
         return (
             "The maps show the standard errors over the area that is touched, at the weakest force, from noise alone, "
             "of the loads that 95 % of those at a position do not exceed. Within a red line touches are ambiguous. For "

@@ -1,10 +1,10 @@
-"""Where sensors stand on an area, but for the pitch: in a row, on a grid, in rows that make hexagons."""
+"""What sensors there are and how they stand, but for the pitch: in a row, on a grid, in rows that make hexagons."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +13,9 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import GeometryError, InvalidValueError
 from ...lattice import even_grid
+from ...transducer import Transducer
 
-__all__ = ["PATTERNS", "Arrangement", "layouts"]
+__all__ = ["PATTERNS", "Arrangement", "Channel", "channels_of", "layouts"]
 
 Pattern = Literal["row", "grid", "hexagonal", "free"]
 PATTERNS: tuple[Pattern, ...] = ("row", "grid", "hexagonal")
@@ -22,6 +23,24 @@ PATTERNS: tuple[Pattern, ...] = ("row", "grid", "hexagonal")
 _MOST_POSITIONS = 1000
 _SLENDER = 2.0
 """A layout's sides may be so much more, or less, slender than those of the area it is for."""
+
+
+class Channel(NamedTuple):
+    """What one channel of an array measures.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        One with a linear part.
+    noise : float
+        Standard deviation of a reading [unit of the transducer], > 0.
+    width : float, optional
+        Width along y over which it averages [m].
+    """
+
+    transducer: Transducer
+    noise: float
+    width: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -145,6 +164,28 @@ class Arrangement:
         if self.pattern == "grid":
             return np.add.outer(np.arange(self.rows[0]), np.arange(len(self.rows))).reshape(-1) % kinds
         return np.concatenate([(np.arange(n) + j) % kinds for j, n in enumerate(self.rows)])
+
+
+def channels_of(layout: Arrangement, kinds: int, together: bool) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Position and kind of each channel of a layout, (n,) both.
+
+    Parameters
+    ----------
+    layout : Arrangement
+        How the positions are set out.
+    kinds : int
+        How many kinds of channel there are.
+    together : bool
+        Whether all are at each position; else they take turns.
+
+    Examples
+    --------
+    >>> [v.tolist() for v in channels_of(Arrangement("row", (2,)), 2, True)]
+    [[0, 0, 1, 1], [0, 1, 0, 1]]
+    """
+    if together:
+        return np.repeat(np.arange(layout.count), kinds), np.tile(np.arange(kinds), layout.count)
+    return np.arange(layout.count), layout.colours(kinds)
 
 
 def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1.0) -> tuple[Arrangement, ...]:

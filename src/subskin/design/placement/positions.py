@@ -14,7 +14,9 @@ from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
-from ._table import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, OneSensor, checked_counts, checked_grid, judged, searched
+from ._row import OneSensor
+from .asked import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, Asked, check_count, searched
+from .layout import Channel
 from .quality import PlacementQuality, placement_quality
 
 __all__ = ["BestPositions", "best_positions"]
@@ -108,7 +110,7 @@ def best_positions(
     finger_needed(finger)
     _check.choice("measure", measure, PLACEMENT_MEASURES, 'measure="position_worst"')
     array = _alike(finger)
-    checked_counts([len(array)], touches)
+    check_count(len(array), touches)
     span = touches.span_on(finger)
     own = replace(touches, span=span)
     middle = 0.5 * (span[0] + span[1])
@@ -122,9 +124,8 @@ def best_positions(
         )
     share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
     amount = whole("tries", tries)
-    shape = checked_grid(grid)
     symmetric = _check.flag("symmetric", symmetric)
-    ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
+    asked, box = Asked.of(own, grid, None, 0, ambiguity, draws=False), np.array([span])
     before = placement_quality(finger, own, margin=margin, ambiguity=ambiguity)
     if not np.isfinite(before[measure]):
         raise InvalidValueError(
@@ -133,7 +134,9 @@ def best_positions(
     allowed = max(share, before["ambiguous"] + before["unfelt"])
     # as far as sensors may come, half the span and two depths beyond it
     most = max(0.5 * (span[1] - span[0]) + 2 * depth, float(np.abs(start - middle).max()))
-    one = OneSensor(finger.skin, array.transducers[0], depth, abs(noise / unit), width, 2 * most + margin * depth)
+    kind = Channel(array.transducers[0], abs(noise / unit), width)
+    which = np.zeros(len(array), dtype=np.intp)
+    one = OneSensor(finger.skin, kind, depth, 2 * most + margin * depth)
     tried = 0
 
     def cost(y: FloatArray) -> float:
@@ -143,8 +146,9 @@ def best_positions(
         tight = float(np.maximum(least - np.diff(y), 0.0).sum()) / depth
         if outside > 0 or tight > 1e-12 or y[-1] - y[0] + least > finger.skin.period:
             return 1e3 * (1 + outside + tight)
-        field = one.row(y, searched(y, depth, finger.skin, span, margin))
-        *_, values = judged(field, own, span, shape, ambiguity)
+        points = y[:, None]
+        field = one.moved(points, which, searched(points, depth, finger.skin, own, margin))
+        values = field.judged(asked, box, maps=True).values
         size = -values["log_det"] if measure == "log_det" else float(np.log(max(values[measure], 1e-300)))
         excess = max(values["ambiguous"] + values["unfelt"] - allowed, 0.0)
         return min(size, 1e2) + (1e2 * excess + 0.1 if excess > 0 else 0.0)

@@ -1,4 +1,4 @@
-"""Equal rows over kind, depth, pitch and count, on all cores."""
+"""Placements of one depth, at every pitch and layout; equal rows over kind, depth, pitch and count, on all cores."""
 
 from __future__ import annotations
 
@@ -13,22 +13,213 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Result
 from ..._tasks import Executor, run_tasks
 from ...array import SensorArray
-from ...errors import GeometryError
+from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...skin import Skin
 from ...transducer import Transducer
+from .._common import Found
 from ..touches import Touches
-from ._table import AMBIGUITY, GRID, MARGIN, PLACEMENT_MEASURES, checked_counts, checked_margin
-from .row import SAMPLES, equal_row, study_row
+from ._area import AreaField
+from ._row import OneSensor
+from .asked import (
+    AMBIGUITY,
+    AREA_MEASURES,
+    GRID,
+    MARGIN,
+    PLACEMENT_MEASURES,
+    SAMPLES,
+    Asked,
+    check_count,
+    check_where,
+    checked_margin,
+    reach_of,
+    searched,
+    touched,
+)
+from .layout import Arrangement, Channel, channels_of
 
-__all__ = ["PlacementStudy", "placement_study"]
+__all__ = ["PlacementStudy", "placement_study", "study_at_depth"]
+
+_MOST_SENSORS = 10**4
+
+
+def study_at_depth(
+    skin: Skin,
+    channels: Channel | Sequence[Channel],
+    depth: float,
+    pitches: npt.ArrayLike,
+    layouts: Sequence[Arrangement | int],
+    touches: Touches,
+    *,
+    together: bool = True,
+    rng: np.random.Generator | int = 0,
+    samples: int | None = None,
+    grid: tuple[int, int] | None = None,
+    margin: float = MARGIN,
+    ambiguity: float = AMBIGUITY,
+    progress: Callable[[], object] | None = None,
+) -> dict[str, FloatArray]:
+    """How well placements of one depth locate touches, and how often they cannot, at every pitch and layout.
+
+    Each stands about the middle of what is touched, the span or the area, all of which counts; without a span a row
+    stands about 0 and is touched from its first sensor to its last. Bounds are those of Cramer and Rao, on a closed
+    grid of positions and directions. Shares are means of the probabilities that noise makes of a touch what is named,
+    over touches at random: of a row one in each of as many equal cells of position and angle (docs/placement.md).
+
+    Parameters
+    ----------
+    skin : Skin
+        Any; on an area one that takes local contacts.
+    channels : Channel or sequence of Channel
+        What the sensors measure; one kind in a row. On an area several are all at each position.
+    depth : float
+        Depth of the sensors [m], > 0.
+    pitches : array_like, shape (s,)
+        Distances of neighbours [m], > 0.
+    layouts : sequence of c Arrangements, or of whole numbers
+        How the sensors stand; a number is a row of so many, >= 3, or >= 2 where `touches.friction` is 0.
+    touches : Touches
+        What is to be located; its friction bounds the search as well.
+    together : bool, optional
+        Whether all `channels` are at each position; else they take turns from one position to the next.
+    rng : Generator or int, optional
+        Random generator of the touches, or its seed. Every design meets the same touches.
+    samples : int, optional
+        Touches by which shares are found, at least: 100,000, and 300 on an area.
+    grid : (int, int), optional
+        Positions and angles of a row; on an area positions along y, and along z, and azimuths.
+    margin, ambiguity
+        As in `placement_quality`.
+    progress : callable, optional
+        Called after each design.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (s, c)
+        One of each `PLACEMENT_MEASURES`, on an area of `AREA_MEASURES`. The largest, the 95 % quantile and the mean of
+        standard deviations: `position_worst`, `position_95`, `position_mean` [m], on an area in the direction in which
+        it is worst; `angle_...` of the force's direction [rad]; `force_...`, relative to the force; `radius_...` [m],
+        0 for points. They are infinite where a touch is not determined, which in a mean counts as known from `touches`
+        alone. `ambiguous`, `wrong`, `unfelt` [-]: shares of touches that `locate` calls AMBIGUOUS, for which another
+        load more than a tenth of a depth away fits better, and that it calls NO_CONTACT. `log_det`: mean logarithm of
+        the determinant of the Fisher information, of a row of position [m], logarithm of the force, and angle [rad].
+        `rank`: unknowns that the readings tell at most; where it is too low all touches are ambiguous, and the other
+        two shares NaN. All are NaN where sensors of their width would overlap, or the row would go round the skin.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Values out of range, a depth beyond the skin, a span longer than the skin is about, an area on a skin that is
+        solved in a plane; several kinds in a row, or layouts that are none.
+    NotLinearError
+        A transducer with no linear part.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> from subskin.design.placement import Arrangement, Channel, study_at_depth
+    >>> gauge = Channel(ss.NormalStrain(), noise=5e-5)
+    >>> rubber = ss.Material(young=0.4e6)
+    >>> touches = ss.design.Touches(force=40.0)
+    >>> found = study_at_depth(ss.HalfPlane(rubber), gauge, 2e-3, [1e-3, 2e-3], [4], touches, samples=2000)
+    >>> (found["position_worst"] * 1e6).round(0).ravel().tolist()
+    [21.0, 210.0]
+
+    Strain gauges on one line see four of the five unknowns of a touch on an area, however many there are.
+
+    >>> touches = ss.design.Touches(force=1.0, friction=0.5, area=((-2e-3, 2e-3), (-2e-3, 2e-3)))
+    >>> both, gauge = [Arrangement("row", (6,)), Arrangement("grid", (3, 3, 3))], gauge._replace(noise=1e-3)
+    >>> found = study_at_depth(ss.HalfSpace(rubber), gauge, 2e-3, [1.5e-3], both, touches, samples=50)
+    >>> found["rank"].tolist(), (1e3 * found["position_95"]).round(3).tolist()
+    ([[4.0, 5.0]], [[inf, 0.121]])
+    """
+    _check.function("progress", progress)
+    check_where(skin, touches)
+    deep = _check.scalar("depth", depth, unit="m", above=0.0)
+    steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
+    if steps.ndim != 1:
+        raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed", "pitches=[1e-3, 2e-3]")
+    beyond = checked_margin(margin)
+    kinds = checked_channels(channels, touches)
+    arrangements = checked_layouts(layouts, touches)
+    _check.flag("together", together)
+    asked = Asked.of(touches, grid, samples, rng, ambiguity)
+    wide, row = max(kind.width for kind in kinds), touches.area is None
+    designs = []
+    for i, j in np.ndindex(steps.size, len(arrangements)):
+        layout, step = arrangements[j], float(steps[i])
+        if wide <= step * (1 + 1e-12) and not (row and layout.count * step > skin.period * (1 + 1e-12)):
+            points = layout.points(step, middle_of(touches))[:, : touches.dim]
+            designs.append((i, j, points, searched(points, deep, skin, touches, beyond)))
+    out = {name: np.full((steps.size, len(arrangements)), np.nan) for name in measures_of(touches)}
+    if not designs:
+        return out
+    reach = max(reach_of(points, box) for *_, points, box in designs)
+    one: OneSensor | AreaField
+    one = OneSensor(skin, kinds[0], deep, reach) if row else AreaField.of_each(skin, kinds, deep, touches, reach)
+    for i, j, points, box in designs:
+        at, which = channels_of(arrangements[j], len(kinds), together)
+        found = one.moved(points[at], which, box).judged(asked, touched(touches, points), maps=False)
+        for name, value in found.values.items():
+            out[name][i, j] = value
+        if progress is not None:
+            progress()
+    return out
+
+
+def middle_of(touches: Touches) -> tuple[float, float]:
+    """About which placements for such touches stand, (y, z) [m]."""
+    if touches.area is not None:
+        y, z = np.mean(np.asarray(touches.area), axis=1).tolist()
+        return y, z
+    return (0.0 if touches.span is None else 0.5 * (touches.span[0] + touches.span[1])), 0.0
+
+
+def measures_of(touches: Touches) -> tuple[str, ...]:
+    """Names of the numbers in which placements for such touches are judged."""
+    return PLACEMENT_MEASURES if touches.area is None else AREA_MEASURES
+
+
+def checked_channels(channels: Channel | Sequence[Channel], touches: Touches) -> tuple[Channel, ...]:
+    """Kinds of channel with a noise; one of them for a row."""
+    fix = "Channel(NormalStrain(), 1e-3)"
+    kinds = (channels,) if isinstance(channels, Channel) else _check.several("channels", channels, Channel, f"[{fix}]")
+    if not kinds or (touches.area is None and len(kinds) > 1):
+        rule = "one kind of sensor is needed" if touches.area is None else "one at least is needed"
+        raise InvalidValueError(f"{len(kinds)} channels", rule, fix)
+    for kind in kinds:
+        _check.scalar("noise", kind.noise, above=0.0)
+        _check.scalar("width", kind.width, unit="m", at_least=0.0)
+    return kinds
+
+
+def checked_layouts(layouts: Sequence[Arrangement | int] | npt.ArrayLike, touches: Touches) -> tuple[Arrangement, ...]:
+    """Layouts, rows among them by their numbers of sensors, which are no fewer than a touch on a row has unknowns."""
+    fix = "[4, 6, 8]" if touches.area is None else '[Arrangement("grid", (3, 3))]'
+    out = []
+    for given in layouts if isinstance(layouts, list | tuple | np.ndarray) else (layouts,):
+        if isinstance(given, Arrangement):
+            out.append(given)
+            continue
+        number = _check.real("layouts", given)
+        if number.ndim or number != np.round(number) or not 1 <= number <= _MOST_SENSORS:
+            rule = f"a list of whole numbers up to {_MOST_SENSORS} is needed, or of Arrangements"
+            raise InvalidValueError(f"layouts = {_check.shown(layouts)}", rule, f"layouts={fix}")
+        out.append(Arrangement("row", (int(number),)))
+    if not out:
+        raise InvalidValueError("layouts = []", "one at least is needed", f"layouts={fix}")
+    for layout in out if touches.area is None else ():
+        check_count(layout.count, touches)
+        if layout.pattern != "row":
+            rule = "line loads across a row of sensors are judged"
+            raise GeometryError(f"a {layout.text}", rule, "touches on an area, or numbers of sensors")
+    return tuple(out)
 
 
 @dataclass(frozen=True, eq=False)
-class PlacementStudy(Result):
+class PlacementStudy(Found):
     """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, pitch and count.
 
     Attributes
@@ -46,7 +237,7 @@ class PlacementStudy(Result):
     width : float
         Width of a sensor [m].
     values : dict of str to ndarray, shape (k, d, s, c)
-        One of each `PLACEMENT_MEASURES`, described at `study_row`. Also by index, `study["ambiguous"]`.
+        One of each `PLACEMENT_MEASURES`, described at `study_at_depth`. Also by index, `study["ambiguous"]`.
     """
 
     skin: Skin
@@ -66,9 +257,9 @@ class PlacementStudy(Result):
     def finger(self, index: tuple[int, int, int, int]) -> Finger:
         """The finger at an `index` of the arrays: kind, depth, pitch, count."""
         k, d, s, c = index
-        y = equal_row(int(self.count[c]), float(self.pitch[d, s]), self.touches)
+        row = Arrangement("row", (int(self.count[c]),)).points(float(self.pitch[d, s]), middle_of(self.touches))
         kind, noise = self.transducers[k], float(self.noise[k])
-        return Finger(self.skin, SensorArray(y, float(self.depth[d]), kind, noise=noise, width=self.width))
+        return Finger(self.skin, SensorArray(row[:, 0], float(self.depth[d]), kind, noise=noise, width=self.width))
 
 
 def placement_study(
@@ -109,7 +300,7 @@ def placement_study(
     noise : array_like, shape () or (k,)
         Standard deviation of a reading of each kind [its unit].
     width, rng, samples, grid, margin, ambiguity
-        As in `study_row`.
+        As in `study_at_depth`.
     workers : int, optional
         Threads; as many as there are cores if left out.
     executor : executor, optional
@@ -121,7 +312,7 @@ def placement_study(
     Raises
     ------
     InvalidValueError, GeometryError, NotLinearError
-        As by `study_row`; lists that do not match.
+        As by `study_at_depth`; lists that do not match.
     WorkersError
         The executor has lost its workers.
 
@@ -138,6 +329,9 @@ def placement_study(
     ((1, 2, 3, 2), True)
     """
     _check.function("progress", progress)
+    check_where(skin, touches)
+    if touches.dim == 2:
+        touches.span_on()  # refuses touches on an area
     single = isinstance(transducers, Transducer)
     kinds = (transducers,) if single else _check.several("transducers", transducers, Transducer, "[NormalStrain()]")
     depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
@@ -149,17 +343,14 @@ def placement_study(
             "kinds, a list of depths, and pitches of shape (s,) or (depths, s) are needed",
             "depths=[2e-3], pitches=[1e-3, 2e-3]",
         )
-    sigma = _check.real("noise", noise, above=0.0)
-    if sigma.shape not in ((), (1,), (len(kinds),)):
-        raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds", "noise=1e-4")
-    sigma = _check.read_only(np.broadcast_to(sigma, (len(kinds),)).copy())
-    steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
-    touched = _check.random(rng)
+    sigma = _check.for_each("noise", _check.real("noise", noise, above=0.0), len(kinds), "kind")
+    steps = np.broadcast_to(steps, (depth.size, steps.shape[-1]))
     checked_margin(margin)
     width = _check.scalar("width", width, unit="m", at_least=0.0)
-    numbers = checked_counts(counts, touches)
-    numbers.flags.writeable = False
+    arrangements = checked_layouts(counts, touches)
+    numbers = np.array([row.count for row in arrangements])
     threads = None if workers is None else int(_check.scalar("workers", workers, at_least=1))
+    drawn = _check.random(rng)
     stop = Event()
 
     def passed() -> None:
@@ -175,20 +366,18 @@ def placement_study(
             for _ in range(np.count_nonzero(~np.isnan(row["ambiguous"]))):  # those with room
                 progress()
 
-    cells = list(np.ndindex(len(kinds), depth.size))
     tasks = [
         partial(
-            study_row, skin, kinds[k], float(depth[d]), steps[d], numbers, touches,
-            noise=float(sigma[k]), width=width, rng=deepcopy(touched), samples=samples, grid=grid, margin=margin,
-            ambiguity=ambiguity, progress=passed if executor is None else None,
+            study_at_depth, skin, Channel(kinds[k], float(sigma[k]), width), float(depth[d]), steps[d], arrangements,
+            touches, rng=deepcopy(drawn), samples=samples, grid=grid, margin=margin, ambiguity=ambiguity,
+            progress=passed if executor is None else None,
         )
-        for k, d in cells
+        for k, d in np.ndindex(len(kinds), depth.size)
     ]  # fmt: skip
     run_tasks(tasks, rows.__setitem__, executor=executor, workers=threads, passed=row_passed, stopping=stop.set)
     shape = (len(kinds), *steps.shape, numbers.size)
-    found = [rows[i] for i in range(len(cells))]
-    values = {name: _check.read_only(np.stack([r[name] for r in found]).reshape(shape)) for name in PLACEMENT_MEASURES}
-    return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, float(width), values)
+    values = {name: np.stack([rows[i][name] for i in range(len(tasks))]).reshape(shape) for name in PLACEMENT_MEASURES}
+    return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, width, values)
 
 
 class _StoppedError(Exception):

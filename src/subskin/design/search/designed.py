@@ -9,7 +9,7 @@ import numpy as np
 
 from ...finger import Finger
 from ..blind_spots import BlindSpots
-from ..placement import AreaQuality, PlacementQuality
+from ..placement import PlacementQuality
 from ..tolerance import Outcome, ToleranceBudget
 from ..two_point import AreaLimen, TwoPointLimen
 from .goals import Goals, Row
@@ -43,7 +43,7 @@ class DesignedFinger:
     finger : Finger
     values : dict of str to float
         As those of `DesignGrid`, for this design [m, rad, -].
-    quality : PlacementQuality or AreaQuality
+    quality : PlacementQuality
         Accuracy and ambiguity over positions and angles.
     outcome : Outcome or None
         What the tolerances leave as made and after calibration; None where only noise counts.
@@ -66,7 +66,7 @@ class DesignedFinger:
     row: Row
     finger: Finger
     values: dict[str, float]
-    quality: PlacementQuality | AreaQuality
+    quality: PlacementQuality
     outcome: Outcome | None
     budget: ToleranceBudget | None
     unopposed: BlindSpots | None

@@ -26,7 +26,7 @@ def freed(grid: DesignGrid, row: Row, values: Mapping[str, float]) -> tuple[Row,
     another array far from it may be better.
     """
     goals = grid.goals
-    if row.layout is None:
+    if not goals.on_area:
         return row, dict(values)
     unit, worst = row.layout.unit, _excess(grid, values)
     best, known = unit, dict(values)
@@ -68,9 +68,7 @@ def _does(grid: DesignGrid, row: Row, unit: FloatArray, samples: int) -> dict[st
     found = studied(
         grid.goals, row.skin, row.sensor, row.depth, np.array([row.pitch]), [_layout(row, unit)], samples
     )  # fmt: skip
-    values = {name: float(value[0, 0]) for name, value in found.items()}
-    values["unsure"] = values["ambiguous"] + (values["unfelt"] if values["ambiguous"] < 1 else 0.0)
-    return values
+    return {name: float(value[0, 0]) for name, value in found.items()}
 
 
 def _excess(grid: DesignGrid, values: Mapping[str, float]) -> float:

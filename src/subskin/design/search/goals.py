@@ -15,7 +15,6 @@ from ..._frozen import Frozen
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...lattice import even_row
 from ..placement import AREA_SAMPLES, Arrangement, Channel, channels_of, layouts
 from ..touches import Touches
 from .choices import Mix, SensorKind, SkinChoice
@@ -105,35 +104,38 @@ class Row:
     ----------
     skin, sensor : int
         Which of the goals' skins, and of their `choices` of kinds.
-    count : int
-        How many positions.
+    layout : Arrangement
+        How the positions are set out.
     depth, pitch : float
         [m].
-    layout : Arrangement, optional
-        On an area: how the positions are set out.
     """
 
     skin: int
     sensor: int
-    count: int
+    layout: Arrangement
     depth: float
     pitch: float
-    layout: Arrangement | None = None
+
+    @property
+    def count(self) -> int:
+        """How many positions."""
+        return self.layout.count
+
+    @property
+    def free(self) -> bool:
+        """Whether its sensors have left their even layout."""
+        return self.layout.pattern == "free"
 
     @property
     def length(self) -> float:
         """From the first sensor to the last [m]; on an area the longer side."""
-        if self.layout is not None:
-            return float(self.layout.size.max()) * self.pitch
-        return (self.count - 1) * self.pitch
+        return float(self.layout.size.max()) * self.pitch
 
     def which(self, goals: Goals) -> tuple[int, int, int]:
-        """Index of its skin, kind and count, or layout, in the arrays of a `DesignGrid`.
+        """Index of its skin, kind and layout in the arrays of a `DesignGrid`.
 
         That of free positions is the first layout of as many.
         """
-        if self.layout is None:
-            return self.skin, self.sensor, self.count - goals.room.count[0]
         counts = [layout.count for layout in goals.layouts]
         known = self.layout in goals.layouts
         return self.skin, self.sensor, goals.layouts.index(self.layout) if known else counts.index(self.count)
@@ -268,7 +270,7 @@ class Goals(Frozen):
 
     @property
     def middle(self) -> tuple[float, float]:
-        """About which arrays on an area stand, (y, z) [m]."""
+        """About which arrays on an area stand, (y, z) [m]; rows stand about 0."""
         y, z = self.touches.area or ((0.0, 0.0), (0.0, 0.0))
         return 0.5 * (y[0] + y[1]), 0.5 * (z[0] + z[1])
 
@@ -304,7 +306,7 @@ class Goals(Frozen):
         return count * (len(choice.kinds) if choice.together else 1)
 
     def channels(self, sensor: int) -> tuple[Channel, ...]:
-        """The kinds of one of the `choices`, as `study_area` takes them.
+        """The kinds of one of the `choices`, as `study_at_depth` takes them.
 
         Parameters
         ----------
@@ -322,12 +324,8 @@ class Goals(Frozen):
         """The finger of one `row`."""
         _check.noun("row", row, Row, "goals.finger(study.rows[0])")
         choice, skin = self.choices[row.sensor], self.skins[row.skin].skin
-        if row.layout is None:
-            points, which = np.stack([even_row(row.count, row.pitch), np.zeros(row.count)], axis=-1), [0] * row.count
-        else:
-            at, of = channels_of(row.layout, len(choice.kinds), choice.together)
-            points, which = row.layout.points(row.pitch, self.middle)[at], of.tolist()
-        kinds = [choice.kinds[i] for i in which]
+        at, which = channels_of(row.layout, len(choice.kinds), choice.together)
+        points, kinds = row.layout.points(row.pitch, self.middle)[at], [choice.kinds[i] for i in which.tolist()]
         each = {name: [getattr(kind, name) for kind in kinds] for name in ("noise", "width", "resolution")}
         largest = np.array([kind.largest for kind in kinds])
         array = SensorArray(

@@ -18,7 +18,7 @@ from ..._tasks import Executor, run_tasks
 from ...contact import Contact, LineLoad, LocalContact
 from ...errors import GeometryError, InvalidValueError
 from ...transducer import MaxCompressiveStrain
-from ..placement import Arrangement, study_area, study_row
+from ..placement import Arrangement, study_at_depth
 from .goals import WIDEST, Goals, Row
 
 __all__ = ["DEEPEST", "Criterion", "DesignGrid", "Store", "fits", "loaded", "search_grid", "studied"]
@@ -81,8 +81,7 @@ class DesignGrid(Frozen):
         [m]
     counts : ndarray of int, shape (counts,)
     values : dict of ndarray
-        The measures of `placement_study`, on an area of `study_area`; "unsure": the share of touches that are
-        ambiguous or not noticed; "strain":
+        The measures of `study_at_depth`; "unsure": the share of touches that are ambiguous or not noticed; "strain":
         compressive strain at the sensors under the strongest force; "range": largest reading over the largest that can
         be read [m, rad, -]. NaN where a row has no room.
     criteria : tuple of Criterion
@@ -128,8 +127,7 @@ class DesignGrid(Frozen):
         k, m, d, s, n : int
             Which skin, kind, depth, pitch and count.
         """
-        layout = self.goals.layouts[n] if self.goals.on_area else None
-        return Row(k, m, int(self.counts[n]), float(self.depths[k, d]), float(self.pitches[s]), layout)
+        return Row(k, m, self.goals.layouts[n], float(self.depths[k, d]), float(self.pitches[s]))
 
 
 def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
@@ -217,7 +215,6 @@ def search_grid(
         asked.append((task, key, partial(studied, goals, k, m, depth, pitches, goals.layouts)))
     run_tasks([work for *_, work in asked], keep, executor=executor, workers=workers, passed=passed)
     values = {name: np.stack([rows[task][name] for task in tasks]).reshape(shape) for name in rows[tasks[0]]}
-    values["unsure"] = values["ambiguous"] + np.where(values["ambiguous"] < 1, values["unfelt"], 0.0)
     values |= {name: np.zeros(shape) for name in ("strain", "range")}
     for k, m, d in tasks:
         for name, value in loaded(goals, k, m, float(depths[k, d])).items():
@@ -227,20 +224,17 @@ def search_grid(
     return DesignGrid(goals, depths, pitches, counts, values, criteria_of(goals))
 
 
-_VERSION = 2
-"""Of what is kept in a store: to be raised where `study_row` comes to give other numbers."""
+_VERSION = 3
+"""Of what is kept in a store: to be raised where `study_at_depth` comes to give other numbers."""
 
 
 def question_of(goals: Goals, k: int, m: int, depth: float, pitches: FloatArray) -> tuple[object, ...]:
     """All that the numbers of a row of designs depend on."""
-    skin, effort = goals.skins[k].skin, (goals.counted, goals.effort.seed)
-    if goals.on_area:
-        choice = goals.choices[m]
-        where = pitches.tolist(), [(layout.pattern, layout.rows) for layout in goals.layouts]
-        return (_VERSION, "area", skin, goals.channels(m), choice.together, depth, *where, goals.touches, *effort)
-    kind, counts = goals.sensors[m], [layout.count for layout in goals.layouts]
-    sensor = kind.transducer, kind.error, kind.width
-    return (_VERSION, skin, *sensor, depth, pitches.tolist(), counts, goals.touches, *effort)
+    where = depth, pitches.tolist(), [(layout.pattern, layout.rows) for layout in goals.layouts]
+    channels, together = goals.channels(m), goals.choices[m].together
+    return (
+        _VERSION, goals.skins[k].skin, channels, together, *where, goals.touches, goals.counted, goals.effort.seed
+    )  # fmt: skip
 
 
 def studied(
@@ -252,18 +246,14 @@ def studied(
     layouts: Sequence[Arrangement],
     samples: int | None = None,
 ) -> dict[str, FloatArray]:
-    """`study_row` or `study_area` of a skin and kind at a depth, arrays of shape (pitches, layouts)."""
-    skin, seed, count = goals.skins[k].skin, goals.effort.seed, samples or goals.counted
-    if goals.on_area:
-        return study_area(
-            skin, goals.channels(m), depth, pitches, layouts, goals.touches, together=goals.choices[m].together,
-            rng=seed, samples=count,
-        )  # fmt: skip
-    kind, counts = goals.sensors[m], [layout.count for layout in layouts]
-    return study_row(
-        skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width, rng=seed,
-        samples=count,
+    """`study_at_depth` of a skin and kind, arrays of shape (pitches, layouts), and the share of touches `unsure`."""
+    found = study_at_depth(
+        goals.skins[k].skin, goals.channels(m), depth, pitches, layouts, goals.touches,
+        together=goals.choices[m].together, rng=goals.effort.seed, samples=samples or goals.counted,
     )  # fmt: skip
+    # where the readings do not tell a touch at all it is ambiguous, and nothing else
+    unnoticed = np.where(found["ambiguous"] < 1, found["unfelt"], 0.0)
+    return found | {"unsure": found["ambiguous"] + unnoticed}
 
 
 def fits(goals: Goals, m: int, pitches: FloatArray, layouts: Sequence[Arrangement]) -> npt.NDArray[np.bool_]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...finger import Finger
 from ..blind_spots import BlindSpots, blind_spots
-from ..placement import AreaQuality, PlacementQuality, area_quality, placement_quality
+from ..placement import PlacementQuality, placement_quality
 from ..tolerance import ErrorsKept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
 from ..two_point import AreaLimen, edge_direction, two_point_area
 from .designed import Check, DesignedFinger
@@ -41,17 +41,17 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     """The best row that `aim` finds; what noise alone spoils is looked at no further until it is among the kept."""
     best, goals = aim.best(), grid.goals
     finger = goals.finger(best.row)
-    quality = area_quality(finger, goals.touches) if goals.on_area else placement_quality(finger, goals.touches)
+    quality = placement_quality(finger, goals.touches)
     found = _two_touches(goals, finger, quality) if goals.on_area else limen(finger, goals, "point")
     nothing = (None, None, None, found, np.nan)
     design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), (), _edge(goals, finger))
     return _tried(grid, _checked(grid, design))
 
 
-def _two_touches(goals: Goals, finger: Finger, quality: AreaQuality | PlacementQuality) -> AreaLimen | None:
+def _two_touches(goals: Goals, finger: Finger, quality: PlacementQuality) -> AreaLimen | None:
     """On an area, where a goal asks for it and a single touch is told."""
     feature = goals.accuracy.feature
-    if feature is None or not isinstance(quality, AreaQuality) or not np.isfinite(quality["position_95"]):
+    if feature is None or not np.isfinite(quality["position_95"]):
         return None
     largest = max(1.25 * feature, 2.0 * float(np.asarray(finger.array.depth).min()))
     return two_point_area(finger, goals.touches, largest=largest, search=quality.search, rng=goals.effort.seed)
@@ -71,7 +71,7 @@ def freed_from(grid: DesignGrid, finger: DesignedFinger) -> DesignedFinger | Non
         return None
     made = grid.goals.finger(row)
     values = {**finger.values, **values}
-    quality = area_quality(made, grid.goals.touches)
+    quality = placement_quality(made, grid.goals.touches)
     moved = replace(
         finger, row=row, finger=made, values=values, quality=quality, outcome=None, unopposed=None,
         edge=_edge(grid.goals, made), two_points=_two_touches(grid.goals, made, quality),
@@ -129,7 +129,7 @@ def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 
 def _locates(design: DesignedFinger) -> bool:
     """Whether `locate` finds the touches that the finger is for: of local ones sensors in a row make lines."""
-    return design.row.layout is None or design.finger.array.on_area
+    return design.finger.array.on_area or design.quality.touches.dim == 1
 
 
 def _amounts(grid: DesignGrid, design: DesignedFinger) -> dict[str, float]:

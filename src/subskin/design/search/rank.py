@@ -84,17 +84,13 @@ def rank_fingers(
         stopped.set()
         pool.shutdown(wait=True, cancel_futures=True)
     best[0] = explained(grid, best[0])
-    looked = {f.row.which(grid.goals): f.checks for f in (*found, *best) if not _free(f)}
+    looked = {f.row.which(grid.goals): f.checks for f in (*found, *best) if not f.row.free}
     would = () if (grid.excess <= 1).any() else remedies(grid)
     return DesignStudy(grid, tuple(best), looked, would)
 
 
 _LOOKS = 3
 """Arrangements of one skin and kind on an area that are looked at closely at most."""
-
-
-def _free(finger: DesignedFinger) -> bool:
-    return finger.row.layout is not None and bool(finger.row.layout.at)
 
 
 def _rank(finger: DesignedFinger) -> tuple[bool, int, float]:

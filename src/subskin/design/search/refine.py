@@ -73,8 +73,7 @@ class Aim(Frozen):
         return self.grid.goals.layouts[self.n]
 
     def _row(self, depth: float, pitch: float) -> Row:
-        layout = self._layout if self.grid.goals.on_area else None
-        return Row(self.skin, self.sensor, self._layout.count, depth, pitch, layout)
+        return Row(self.skin, self.sensor, self._layout, depth, pitch)
 
     def _excess(self, values: Mapping[str, float | FloatArray]) -> FloatArray:
         """Largest ratio of values to what is wanted of them; infinite where one is none."""
@@ -118,7 +117,6 @@ class Aim(Frozen):
         rows = []
         for j, pitch in enumerate(pitches):
             values = {name: float(value[j, 0]) for name, value in found.items()} | under_load
-            values["unsure"] = values["ambiguous"] + (values["unfelt"] if values["ambiguous"] < 1 else 0.0)
             row = self._row(depth, float(pitch))
             rows.append((float(self._excess(values)), row, values))
         rows.sort(key=lambda row: row[0])

@@ -177,12 +177,10 @@ def _meeting(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float, tried
     if not _bears(grid, goals, k, m, depth):
         return None
     values = studied(goals, k, m, depth, grid.pitches, tried, min(goals.counted, _TOUCHES))
-    found: dict[str, FloatArray] = {**values, "unsure": values["ambiguous"] + np.nan_to_num(values["unfelt"])}
-    ratios = [found[c.name] / c.wanted for c in grid.criteria if c.name not in _LOADED]
+    ratios = [values[c.name] / c.wanted for c in grid.criteria if c.name not in _LOADED]
     excess = np.where(fits(goals, m, grid.pitches, tried), np.nan_to_num(np.max(ratios, axis=0), nan=np.inf), np.inf)
     for n, layout in enumerate(tried):
         s = int(np.argmin(excess[:, n]))
         if excess[s, n] <= 1:
-            area = layout if goals.on_area else None
-            return Row(k, m, layout.count, depth, float(grid.pitches[s]), area)
+            return Row(k, m, layout, depth, float(grid.pitches[s]))
     return None

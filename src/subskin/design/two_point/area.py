@@ -67,7 +67,7 @@ def two_point_area(
     power: float = 0.9,
     false_alarm: float = 0.01,
     largest: float | None = None,
-    search: tuple[tuple[float, float], tuple[float, float]] | None = None,
+    search: Any = None,
     rng: np.random.Generator | int = 0,
 ) -> AreaLimen:
     """From which distance on two touches on an area read as two, and not as one.

@@ -10,36 +10,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...array import SensorArray
-from ...errors import GeometryError, InvalidValueError
+from ...errors import InvalidValueError
 from ...finger import Finger
 from ...prepared import tabulated
 from ...response import Response, tabulate
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
+from .asked import FALSE_ALARM, SHARES, Asked, Judged, summed_up, trapezoid
+from .layout import Channel
 
-AMBIGUITY = 13.8
-FALSE_ALARM = 1e-6
-MARGIN = 1.5
-"""As `finger.locate` has them if nothing else is stated."""
-_FARTHEST = 100.0
-"""Depths beyond the sensors from which nothing is felt."""
-
-MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
+MAPS = ("position", "force", "angle", "log_det", *SHARES)
 """Rows of a survey, in the order of the compiled code."""
-
-_MOST_SAMPLES, _MOST_SENSORS = 10**7, 10**4
-GRID = (101, 41)
-"""Positions and angles of the grid on which bounds are found."""
-
-SHARES = ("ambiguous", "wrong", "unfelt")
-_STDS = ("position", "angle", "force")
-PLACEMENT_MEASURES = (*(f"{name}_{s}" for name in _STDS for s in ("worst", "95", "mean")), *SHARES, "log_det")
-"""Names of the numbers in which a placement is judged; `study_row` describes them."""
 
 _PEAKS = 6
 _PIECE, _EXACT = 12.0, 1e-9
@@ -70,7 +55,7 @@ class RowField(Frozen):
 
     @classmethod
     def of(cls, finger: Finger, search: tuple[float, float]) -> RowField:
-        """That of a finger, its dead sensors left out."""
+        """That of a finger, its dead sensors left out; loads are looked for over `search` [m]."""
         live = finger.array.live
         array = finger.array.select(live)
         noise = np.asarray(array.noise)
@@ -115,6 +100,29 @@ class RowField(Frozen):
                 out[which] = max(out[which], top)
         return out
 
+    def judged(self, asked: Asked, box: FloatArray, *, maps: bool) -> Judged:
+        """What is asked of touches over the span `box` (1, 2) [m]; with `maps` their shares are found on the grid."""
+        touches, span, shape = asked.touches, box[0], asked.grid
+        positions = np.linspace(span[0], span[1], shape[0])
+        angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
+        weight = trapezoid(positions.size)[:, None] * trapezoid(angles.size)
+        found = self.survey(touches, positions, angles, asked.ambiguity)
+        worst = dict(zip(MAPS, self.worst(touches, positions, angles, found).tolist(), strict=False))
+        named = dict(zip(MAPS, found, strict=True))
+        most = {"position": float(np.ptp(span)) / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
+        std = {name: named[name] for name in most}
+        values = summed_up(std, weight, most, worst)
+        shares = {name: named[name] for name in SHARES} if maps else {}
+        if maps:
+            values |= {name: float((share * weight).sum()) for name, share in shares.items()}
+        else:
+            at = span[0] + np.ptp(span) * asked.shares
+            drawn = self.survey(touches, at, touches.cone * asked.lean, asked.ambiguity, bounds=False)
+            values |= {name: float(share.mean()) for name, share in zip(SHARES, drawn[-3:], strict=True)}
+        values["log_det"] = float((named["log_det"] * weight).sum())
+        load = touches.force * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return Judged(positions, load, weight, std, shares, values)
+
 
 def _highest(heights: FloatArray) -> npt.NDArray[np.intp]:
     """Indices of the highest few points that no neighbour exceeds, shape (m, 2)."""
@@ -131,11 +139,10 @@ class OneSensor:
     will be asked for [m].
     """
 
-    def __init__(
-        self, skin: Skin, transducer: Transducer, depth: float, noise: float, width: float, reach: float
-    ) -> None:
+    def __init__(self, skin: Skin, kind: Channel, depth: float, reach: float) -> None:
         self._row: Callable[[FloatArray], Finger] | None = None
         self._depth = depth
+        transducer, noise, width = kind
         if skin.ridges is not None:
             self._row = lambda y: Finger(skin, SensorArray(y, depth, transducer, noise=noise, width=width))
             return
@@ -160,15 +167,16 @@ class OneSensor:
         self._step, self._start = whole.step, whole.start
         self._values = np.ascontiguousarray(whole.coefficients[:, :, 0, :] / noise)
 
-    def row(self, positions: FloatArray, search: tuple[float, float]) -> RowField:
-        """The table of sensors at `positions` [m]."""
+    def moved(self, points: FloatArray, _: npt.NDArray[np.intp], box: FloatArray) -> RowField:
+        """The table of sensors at `points` (n, 1) [m], with loads looked for in the `box` (1, 2) [m]."""
+        positions, (low, high) = np.array(points[:, 0]), box[0].tolist()
         if self._row is not None:
-            return RowField.of(self._row(positions), search)
-        cells = max(int(np.ceil((search[1] - search[0]) * _CELLS / self._depth - 1e-9)), 1)
-        step = (search[1] - search[0]) / cells
+            return RowField.of(self._row(positions), (low, high))
+        cells = max(int(np.ceil((high - low) * _CELLS / self._depth - 1e-9)), 1)
+        step = (high - low) / cells
         values = np.empty((cells, 5, 2, positions.size))
-        _compiled()[0].row_table(self._values, self._start, self._step, np.array(positions), search[0], step, values)
-        return RowField(values, search[0], step, self._depth)
+        _compiled()[0].row_table(self._values, self._start, self._step, positions, low, step, values)
+        return RowField(values, low, step, self._depth)
 
 
 def _of_one(skin: Skin, transducer: Transducer, depth: float, positions: FloatArray) -> FloatArray:
@@ -179,110 +187,3 @@ def _of_one(skin: Skin, transducer: Transducer, depth: float, positions: FloatAr
     finger = Finger(skin, SensorArray(-positions[:, 0], depth, transducer))
     field = finger.receptive_field(positions[0] - positions[0, 0], "line")
     return np.swapaxes(field, 0, 1)[:, :, None]
-
-
-def searched(
-    positions: FloatArray, depth: float, skin: Skin, span: tuple[float, float] | None, margin: float
-) -> tuple[float, float]:
-    """Where loads are looked for [m]: `margin` depths beyond the sensors at `positions`, and all that is touched."""
-    low, high = float(positions.min()) - margin * depth, float(positions.max()) + margin * depth
-    if span is not None:
-        low, high = min(low, span[0]), max(high, span[1])
-    middle, half = 0.5 * (low + high), min(0.5 * (high - low), 0.5 * skin.period)
-    return middle - half, middle + half
-
-
-def jittered(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """At least `count` touches, one at random in each of equal cells of the unit square: positions (p,), angles (p, k).
-
-    The angles of a position share it. There are more positions than angles, for what is ambiguous is so along narrow
-    strips that run with the angle.
-    """
-    across = max(round(np.sqrt(count / 10)), 1)
-    along = -(-count // across)
-    positions = (np.arange(along) + rng.random(along)) / along
-    return positions, (np.arange(across) + rng.random((along, across))) / across
-
-
-def judged(
-    field: RowField, touches: Touches, span: tuple[float, float], grid: tuple[int, int], ambiguity: float
-) -> tuple[FloatArray, FloatArray, FloatArray, dict[str, float]]:
-    """Positions (p,) and angles (k,) from end to end, `MAPS` of these touches, and their `PLACEMENT_MEASURES`."""
-    shape = checked_grid(grid)
-    positions = np.linspace(*span, shape[0])
-    angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
-    weight = _trapezoid(positions.size)[:, None] * _trapezoid(angles.size)
-    maps = field.survey(touches, positions, angles, ambiguity)
-    worst = field.worst(touches, positions, angles, maps)
-    # a touch that is known less well than by its being one of `touches` counts as one known so well
-    most = {"position": (span[1] - span[0]) / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
-    out = {}
-    for name in _STDS:
-        std = maps[MAPS.index(name)]
-        out[f"{name}_worst"] = float(worst[MAPS.index(name)])
-        out[f"{name}_95"] = _quantile_95(std, weight)
-        out[f"{name}_mean"] = float((np.minimum(std, most[name]) * weight).sum())
-    out |= {name: float((maps[MAPS.index(name)] * weight).sum()) for name in (*SHARES, "log_det")}
-    return positions, angles, maps, out
-
-
-def _trapezoid(count: int) -> FloatArray:
-    """Weights of the trapezoidal rule, of sum 1."""
-    weight = np.ones(count)
-    if count > 1:
-        weight[[0, -1]] = 0.5
-    return weight / float(weight.sum())
-
-
-def _quantile_95(values: FloatArray, weight: FloatArray) -> float:
-    order = np.argsort(values, axis=None)
-    passed = np.cumsum(weight.ravel()[order])
-    return float(values.ravel()[order[np.searchsorted(passed, 0.95 * passed[-1])]])
-
-
-def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
-    """Two whole numbers, >= 2 positions and >= 1 angle."""
-    values = _check.real("grid", grid)
-    if values.shape != (2,) or not (values == np.round(values)).all() or values[0] < 2 or values[1] < 1:
-        raise InvalidValueError(f"grid = {grid!r}", "numbers of positions and of angles are needed", f"grid={GRID}")
-    return int(values[0]), int(values[1])
-
-
-def checked_samples(samples: int) -> int:
-    """A number of touches that are drawn at random."""
-    return _check.whole("samples", samples, at_least=1, at_most=_MOST_SAMPLES, fix="samples=2000")
-
-
-def checked_margin(margin: npt.ArrayLike) -> float:
-    """How far beyond the sensors loads are looked for, in depths."""
-    fix = f"margin={MARGIN}: farther out a load is hardly felt"
-    return _check.scalar("margin", margin, at_least=0.0, at_most=_FARTHEST, fix=fix)
-
-
-def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.int_]:
-    """Numbers of sensors: whole ones, and no fewer than a touch has unknowns."""
-    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
-    numbers = np.atleast_1d(_check.real("counts", counts))
-    if (
-        numbers.ndim != 1
-        or not numbers.size
-        or not (numbers == np.round(numbers)).all()
-        or numbers.max() > _MOST_SENSORS
-    ):
-        rule = f"a list of whole numbers up to {_MOST_SENSORS} is needed"
-        raise InvalidValueError(f"counts = {_check.shown(counts)}", rule, "counts=[4, 6, 8]")
-    needed = 2 if touches.friction == 0 else 3
-    if numbers.min() < needed:
-        raise InvalidValueError(
-            f"{int(numbers.min())} sensors",
-            f"a touch has {needed} unknowns, and takes as many sensors that respond",
-            "more sensors",
-        )
-    return numbers.astype(np.int_)
-
-
-def check_span(skin: Skin, touches: Touches) -> None:
-    """Refuses touches that go round the skin and on."""
-    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
-    if touches.span is not None and touches.span[1] - touches.span[0] > skin.period * (1 + 1e-12):
-        raise GeometryError(f"span = {touches.span} m", f"the finger is {skin.period:.6g} m about", "a shorter span")
