@@ -9,8 +9,8 @@ import subskin as ss
 from subskin.design import Goals, Touches, placement_quality, placement_study, rank_fingers, search_grid
 from subskin.design.placement import Arrangement, Channel, layouts, study_at_depth
 from subskin.design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinChoice
-from subskin.design.search.free import freed
 from subskin.design.search.grid import studied
+from subskin.design.search.refine import freed
 from subskin.design.two_point import edge_direction, two_point_area
 from subskin.design.words import reasons_of, verdict_of
 from subskin.errors import GeometryError, InvalidValueError

@@ -20,7 +20,6 @@ RECORDS = {"fit", "fits", "found", "options", "row", "settings", "state", "told"
 
 TO_DO = {
     "design/placement/_area_kernel.py",
-    "design/placement/_bounds_kernel.py",
     "design/placement/_kernel.py",
     "estimate/area/climb.py",
     "estimate/area/cone.py",

@@ -12,7 +12,7 @@ import pytest
 import subskin as ss
 from subskin import prepared as prepared_module
 from subskin.design.placement import Channel
-from subskin.design.placement._row import OneSensor
+from subskin.design.placement._field import OneSensor
 from subskin.errors import InvalidValueError, UnknownOptionError
 from subskin.prepared import Prepared, prepared, tabulated
 from subskin.radial import tabulate_radial

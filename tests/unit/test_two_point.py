@@ -314,7 +314,7 @@ def test_result_is_closed_to_writing_and_says_itself():
     ],
 )
 def test_bad_options(options, match):
-    with pytest.raises(InvalidValueError, match=match):
+    with pytest.raises((GeometryError, InvalidValueError), match=match):
         two_point_limen(row(4), Touches(1.0), **options)
 
 

@@ -215,7 +215,7 @@ def test_a_row_is_judged_alike_alone_and_in_a_study():
 
 
 def test_jittered_touches_come_to_the_same_as_random_ones():
-    from subskin.design.placement._row import RowField
+    from subskin.design.placement._field import RowField
 
     finger = row(4, 1.5, 3e-3)
     study = rows(PLANE, ss.NormalStrain(), 1.0, [1.5], [4], TOUCH, noise=3e-3 * FULL_SCALE)

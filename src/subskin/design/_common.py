@@ -32,6 +32,22 @@ def whole(name: str, value: object, least: int = 1, most: int = 10**8) -> int:
     return _check.whole(name, value, at_least=least, at_most=most, fix=f"{name}={least}")
 
 
+def listed(name: str, value: npt.ArrayLike, unit: str = "", **bounds: Any) -> FloatArray:
+    """One number or a list of them, (n,) with n > 0, within `bounds` as of `_check.real`."""
+    values = np.atleast_1d(_check.real(name, value, unit=unit, **bounds))
+    if values.ndim != 1 or not values.size:
+        raise GeometryError(f"{name} of shape {values.shape}", "one is needed, or a list of them", "shape (3,)")
+    return values
+
+
+def noise_of(array: SensorArray) -> FloatArray:
+    """The noise of the sensors, which have to have some."""
+    noise = np.asarray(array.noise)
+    if not (noise > 0).all():
+        raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
+    return noise
+
+
 def index_of(array: SensorArray, sensor: object) -> int:
     """`sensor` as the index of one."""
     whole_number = isinstance(sensor, int | np.integer) and not isinstance(sensor, bool)

@@ -13,12 +13,11 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Result
 from ..contact import Contact, LineLoad, PressureProfile
-from ..errors import GeometryError, InvalidValueError, ValidityWarning
+from ..errors import GeometryError, InvalidValueError, NotLinearError, ValidityWarning
 from ..finger import Finger, finger_needed
 from ..pressing import ContactSolution, Flat, Indenter, ParticleOnFlat, PressStatus, RoundedFlat, press
-from ._compliance_case import check_case
+from ._common import Found, listed, noise_of
 
 __all__ = ["Regime", "SkinCompliance", "skin_compliance"]
 
@@ -55,7 +54,7 @@ class Regime(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class SkinCompliance(Result):
+class SkinCompliance(Found):
     """What `skin_compliance` found. Arrays of shape (t, m, f): thickness, modulus, force.
 
     Attributes
@@ -166,16 +165,11 @@ def skin_compliance(
     """
     _check.function("progress", progress)
     finger_needed(finger)
-    forces = np.atleast_1d(_check.real("force", force, unit="N/m", above=0.0))
-    moduli = np.atleast_1d(_check.real("young", young, unit="Pa", above=0.0))
-    own = np.array([finger.skin.thickness])
-    thick = own if thickness is None else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
-    for name, given in {"force": forces, "young": moduli, "thickness": thick}.items():
-        if given.ndim != 1 or not given.size:
-            raise GeometryError(f"{name} of shape {given.shape}", "one is needed, or a list of them", "shape (3,)")
+    forces, moduli = listed("force", force, "N/m", above=0.0), listed("young", young, "Pa", above=0.0)
+    thick = np.array([finger.skin.thickness]) if thickness is None else listed("thickness", thickness, "m", above=0.0)
     wanted = _check.scalar("width_wanted", width_wanted, above=0.0)
     share = _check.scalar("accuracy", accuracy, at_least=0.0)
-    check_case(finger, particle)
+    _check_case(finger, particle)
     shape = (thick.size, moduli.size, forces.size)
     names = ("half_width", "load_share", "reading_share", "seen", "width_std", "saturated")
     values = {name: np.full(shape, np.nan) for name in names}
@@ -196,10 +190,43 @@ def skin_compliance(
         int(Regime.BLURRED),
     )
     best, reason = _recommended(thick, moduli, forces, regime, values["width_std"], wanted)
-    arrays = {name: _check.read_only(value) for name, value in values.items()}
-    return SkinCompliance(
-        finger, particle, _check.read_only(thick), moduli, forces, **arrays, regime=regime, best=best, reason=reason
-    )
+    return SkinCompliance(finger, particle, thick, moduli, forces, **values, regime=regime, best=best, reason=reason)
+
+
+def _check_case(finger: Finger, particle: ParticleOnFlat) -> None:
+    """Refuse a finger whose readings do not determine the particle, and a skin that would touch all along."""
+    if len(finger.array) < 4:
+        raise InvalidValueError(
+            f"{len(finger.array)} sensors",
+            "width, height, position and force are four unknowns",
+            "a finger with four sensors or more",
+        )
+    noise_of(finger.array)
+    if not all(t.linear for t in finger.array.transducers):
+        raise NotLinearError(
+            "a transducer that is not linear", "a modulus scales the readings of linear ones only", "NormalStrain()"
+        )
+    _check.noun("particle", particle, ParticleOnFlat, "pressing.ParticleOnFlat(4e-4, 3e-5, flat_half_width=1e-2)")
+    if np.isinf(finger.skin.period) and np.isinf(particle.flat_half_width):
+        raise GeometryError(
+            f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "they would touch all along",
+            "flat_half_width= of the particle's flat, or a round skin",
+        )  # fmt: skip
+    if _differing(finger) < 3:
+        raise InvalidValueError(
+            f"{len(finger.array)} sensors, alike on both sides of the particle",
+            "they have two different readings for its width, its height and the force",
+            "a finger with five sensors or more",
+        )
+
+
+def _differing(finger: Finger) -> int:
+    """How many readings of a particle at the middle differ: two sensors alike on both sides of it read the same."""
+    a = finger.array
+    rows = np.stack([np.asarray(v, dtype=np.float64) for v in (a.y, a.depth, a.gain, a.noise)])[:, np.argsort(a.y)]
+    mirrored = rows[:, ::-1] * [[-1.0], [1.0], [1.0], [1.0]]
+    alike = bool(np.allclose(rows, mirrored, rtol=1e-9, atol=1e-9 * float(np.abs(rows[0]).max())))
+    return (len(a) + 1) // 2 if alike else len(a)
 
 
 def _own_modulus(finger: Finger) -> float:

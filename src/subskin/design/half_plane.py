@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Result
 from ..array import SensorArray
 from ..calibration.known import explained, fitted
 from ..contact import Hertz, LineLoad
@@ -21,6 +20,7 @@ from ..finger import Finger, finger_needed
 from ..material import Material
 from ..response import tabulate
 from ..skin import HalfPlane, Layer, Layered, Round, Skin
+from ._common import Found, listed
 
 __all__ = ["MAP_RADIUS", "MAP_THICKNESS", "HalfPlaneError", "LocatingError", "half_plane_error", "half_plane_map"]
 
@@ -41,7 +41,7 @@ _CORE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class LocatingError(Result):
+class LocatingError(Found):
     """Errors of `locate` on readings free of noise, over touches all along the row at several angles.
 
     Parameters
@@ -75,7 +75,7 @@ class LocatingError(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class HalfPlaneError(Result):
+class HalfPlaneError(Found):
     """What `half_plane_error` found.
 
     Parameters
@@ -169,7 +169,7 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     # the half plane with gains and depth fitted to normal touches of the true finger at known positions
     straight = finger.read(_touch(0.0, positions, width))
     noisy = Finger(flat.skin, replace(finger.array, noise=largest / ratio))
-    none = _check.read_only(np.full((positions.size, angles.size), np.nan))
+    none = np.full((positions.size, angles.size), np.nan)
     calibrated, depth = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status}), np.nan
     try:
         solution = fitted(noisy, straight, positions, fit=("gain", "depth"), force=1.0, origin=0.0)
@@ -179,9 +179,9 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     except ConvergenceError:
         pass
     drawn, own = (_locating(f, readings, positions, angles, largest, ratio) for f in (flat, finger))
+    normal, tangential = difference.tolist()
     return HalfPlaneError(
-        finger, width, _check.read_only(positions), _check.read_only(angles), _check.read_only(beneath),
-        float(difference[0]), float(difference[1]), drawn, calibrated, own, depth,
+        finger, width, positions, angles, beneath, normal, tangential, drawn, calibrated, own, depth
     )  # fmt: skip
 
 
@@ -246,8 +246,8 @@ def half_plane_map(
     [[0.271, 0.026]]
     """
     _check.function("progress", progress)
-    heights = np.atleast_1d(_check.real("thickness", thickness, above=1.0))
-    radii = np.atleast_1d(_check.real("radius", radius, above=1.0, finite=False))
+    heights = listed("thickness", thickness, above=1.0)
+    radii = listed("radius", radius, above=1.0, finite=False)
     array = SensorArray.line(count, pitch=1.0, depth=1.0)
     half_width = _check.scalar("half_width", half_width, at_least=0.0)
     out = {"thickness": heights, "radius": radii}
@@ -304,8 +304,8 @@ def _locating(
     status = (estimate if snr is None else found(largest / snr)).status
     counts = np.bincount(status.reshape(-1), minlength=len(Status))
     return LocatingError(
-        _check.read_only(estimate.position - positions[:, None]),
-        _check.read_only(estimate.force - 1),
-        _check.read_only(estimate.angle - angles),
+        estimate.position - positions[:, None],
+        estimate.force - 1,
+        estimate.angle - angles,
         {s.name.lower(): int(counts[s]) for s in Status},
     )

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from .._frozen import Result
 from ..finger import Finger, finger_needed
+from ._common import Found
 
 __all__ = ["SpatialResponse", "spatial_response"]
 
@@ -19,7 +19,7 @@ _SHORT, _WAVES = 12.0, 240
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialResponse(Result):
+class SpatialResponse(Found):
     """What `spatial_response` found, at wavenumbers k of shape (...), for n sensors.
 
     Attributes
@@ -119,9 +119,7 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
         out[:, chosen] = np.stack([even[..., 0] - 1j * odd[..., 0], odd[..., 1] + 1j * even[..., 1]], axis=-1)
     seen = np.asarray(array.gain) * np.sinc(flat[:, None] * np.asarray(array.width) / (2 * np.pi))
     out *= (seen * np.exp(1j * flat[:, None] * np.asarray(array.y)))[..., None]
-    amplitude = out.reshape(*k.shape, len(array), 2)
-    amplitude.flags.writeable = False
-    return SpatialResponse(finger, k, amplitude)
+    return SpatialResponse(finger, k, out.reshape(*k.shape, len(array), 2))
 
 
 def _drawn(finger: Finger) -> FloatArray:

@@ -18,30 +18,25 @@ from ..errors import InvalidValueError
 from .above import finger_above
 from .blind import blind_figure
 from .compliance import compliance_figure, figure_17
-from .drift import drift_figure
-from .fields import receptive_fields
 from .half_plane import half_plane_map_figure, tip_map_figure
 from .memo_contacts import figure_9, figure_11, figure_12, figure_13
 from .memo_filter import figure_14, figure_15
 from .memo_lines import figure_2, figure_3, figure_6
-from .memo_ridges import figure_16
-from .memo_two_points import figure_18, figure_19
-from .placement import placement_figure, placement_study_figure
-from .pressure import pressure_figure
-from .pressure_image import pressure_image_figure, pressure_movie
-from .response import aliasing_figure, density_figure, response_figure
-from .ridges import pressed_ridges_figure, ridge_figure
-from .search import design_map_figure
-from .section import COMPONENTS, finger_section
+from .pieces import COMPONENTS
+from .placement import design_map_figure, placement_figure, placement_study_figure
+from .pressure import pressure_figure, pressure_image_figure, pressure_movie
+from .response import aliasing_figure, density_figure, receptive_fields, response_figure
+from .ridges import figure_16, pressed_ridges_figure, ridge_figure
+from .section import finger_section
 from .shown import estimate_figure, field_map, finger_figure
 from .side_angle import side_angle_figure
 from .slip import slip_figure
-from .strips import contact_strip, probability_strip
+from .strips import contact_strip, drift_figure, probability_strip
 from .style import finished, save
 from .tolerance import tolerance_figure
 from .truth import truth_against_estimate
 from .truth_above import truth_above
-from .two_point import two_point_figure, two_point_study_figure
+from .two_point import figure_18, figure_19, two_point_figure, two_point_study_figure
 
 __all__ = [
     "COMPONENTS",

@@ -6,9 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -20,25 +18,9 @@ from ..estimate import Estimate
 from ..finger import Finger
 from ..loads import Load
 from ..skin import Skin
-from .discs import heat_maps
-from .marks import mark_drag, mark_found, told
+from . import pieces
+from .marks import heat_maps, mark_drag, mark_found, told
 from .parts import heading, stacked
-from .section import (
-    _BASE,
-    _FOOT,
-    _LEFT,
-    _NEAR_BASE,
-    COMPONENTS,
-    _arrow,
-    _colour_bar,
-    _Component,
-    _Force,
-    _inside,
-    _legend,
-    _levels,
-    _Scale,
-    _sensors,
-)
 from .style import BLACK, DOUBLE, GREY, MM, VERMILLION, finished, new_figure
 
 __all__ = ["area_map", "finger_above"]
@@ -106,7 +88,7 @@ def finger_above(
     if contact is not None and not isinstance(contact, LocalContact):
         rule = "it does not end along z, and a figure from above is drawn of a local contact"
         raise InvalidValueError(f"a {type(contact).__name__}", rule, "ss.PointLoad(force=1.0)")
-    chosen = _known(component or finger.array.transducers[0].component)
+    chosen = pieces.component_of(component or finger.array.transducers[0].component)
     load = _single(contact, estimate)
     if readings is not None:
         frame = _check.real("readings", _check.readings(readings), finite=False)
@@ -118,9 +100,7 @@ def finger_above(
     seen = [points, *(MM * np.reshape(c.position, (1, 2)) for c in (contact, load) if c is not None)]
     low, high = np.min(np.vstack(seen), axis=0) - 1.2 * depth, np.max(np.vstack(seen), axis=0) + 1.2 * depth
     middle = 0.5 * (low[1] + high[1]) if contact is None else MM * _cut(contact)
-    bottom, base = 1.7 * depth, MM * finger.skin.thickness
-    bottom = base if base < _NEAR_BASE * bottom else bottom
-    window = _Window(low[0], high[0], low[1], high[1], bottom, depth, middle)
+    window = _Window(low[0], high[0], low[1], high[1], pieces.shown_depth(finger), depth, middle)
     return _drawn(finger.skin, contact, chosen, window, finger, load, title)
 
 
@@ -141,7 +121,7 @@ def area_map(
     >>> [axes.get_ylabel() for axes in area_map(skin, touch, "stress.xx", None, None).axes[:2]]
     ['z [mm]', 'depth x [mm]']
     """
-    chosen = _known(component)
+    chosen = pieces.component_of(component)
     _single(contact, None)
     low, high = (np.asarray(end, dtype=np.float64) for end in contact.support)
     reach = 2.0 * float((high - low).max()) or min(float(skin.thickness), 5e-3)
@@ -161,11 +141,6 @@ def _cut(contact: LocalContact) -> float:
     return float(max(parts, key=lambda part: float(part.force)).position[1])
 
 
-def _known(component: str) -> _Component:
-    _check.choice("component", component, COMPONENTS)
-    return COMPONENTS[component]
-
-
 def _single(contact: LocalContact | None, estimate: Estimate | Load | None) -> Load | None:
     """The load of one frame that was found; refuses batches, and loads that are not on an area."""
     if contact is not None and contact.shape:
@@ -183,7 +158,7 @@ def _single(contact: LocalContact | None, estimate: Estimate | Load | None) -> L
 def _drawn(
     skin: Skin,
     contact: LocalContact | None,
-    component: _Component,
+    component: pieces.Component,
     window: _Window,
     finger: Finger | None,
     load: Load | None,
@@ -191,8 +166,7 @@ def _drawn(
 ) -> Figure:
     left, right, front, back, bottom, level, cut = window
     base, top = MM * skin.thickness, 0.0 if contact is None else 0.4 * bottom
-    foot = bottom if bottom < base else base + _BASE * base
-    margin = 4.0 if contact is None else _MARGIN
+    foot, margin = pieces.foot_of(skin, bottom), 4.0 if contact is None else _MARGIN
     aspects = (back - front) / (right - left), (foot + top) / (right - left)
     figure, (plan, section) = _panels(aspects, margin, 10.0 if title else 5.5)
     plan.set(xlim=(left, right), ylim=(front, back), ylabel="z [mm]", xlabel="y [mm]")
@@ -203,25 +177,24 @@ def _drawn(
         drawn = _fields(plan, section, skin, contact, component, window)
         box = plan.get_position()
         bar = figure.add_axes((1 - (margin - 2.5) / DOUBLE, box.y0, 2.2 / DOUBLE, box.height))
-        _colour_bar(bar, drawn, component.label, box.height * figure.get_figheight() * 25.4)
-        _pressed(plan, section, contact, window, _Scale(top, float(contact.force) or 1.0, 0.8))
+        pieces.colour_bar(bar, drawn, component.label, box.height * figure.get_figheight() * 25.4)
+        _pressed(plan, section, contact, window, pieces.Scale(top, float(contact.force) or 1.0, 0.8))
     else:
         for axes, ends in ((plan, (front, back)), (section, (0.0, min(bottom, base)))):
             axes.axhspan(*ends, color="#F3E9DC", linewidth=0, zorder=0.1)
-    _inside(section, skin, foot)
+    pieces.inside(section, skin, foot)
     section.axhline(0.0, color=BLACK, linewidth=0.9, clip_on=False)
-    section.set_yticks([t for t in MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(0.0, bottom) if t <= bottom])
-    section.spines["left"].set_bounds(bottom, 0.0)
+    pieces.depths(section, bottom)
     if finger is not None:
         _points(plan, finger)
-        _sensors(section, finger, None)
+        pieces.sensors(section, finger, None)
     if load is not None:
         mark_found(plan, load, 0.2 * (right - left))
         section.plot([], [], color=VERMILLION, linewidth=2.0, label=f"found: {told(load)}")
     seen = "from above" if contact is None else f"from above, {level:.3g} mm deep"
     for axes, text in ((plan, seen), (section, f"section at z = {cut + 0.0:.3g} mm" if contact else "from the side")):
         axes.set_title(text.replace("-", "−"), fontweight="normal", pad=3)
-    _legend(figure, section, columns=1)
+    pieces.legend_below(figure, section, columns=1)
     if title:
         heading(figure, title)
     return figure
@@ -230,23 +203,23 @@ def _drawn(
 def _panels(aspects: tuple[float, float], margin: float, top: float) -> tuple[Figure, tuple[Axes, Axes]]:
     """The map and the section, to one scale: beside each other, or below each other where the map is wide."""
     if aspects[0] < _WIDE:
-        inner = DOUBLE - _LEFT - margin
-        look: dict[str, Any] = {"left": _LEFT, "right": margin, "top": top, "foot": _FOOT, "gap": 15.0}
+        inner = DOUBLE - pieces.LEFT - margin
+        look: dict[str, Any] = {"left": pieces.LEFT, "right": margin, "top": top, "foot": pieces.FOOT, "gap": 15.0}
         figure, (plan, section) = stacked(DOUBLE, [inner * aspect for aspect in aspects], **look)
         plan.tick_params(labelbottom=True)
         return figure, (plan, section)
-    inner = 0.5 * (DOUBLE - 2 * _LEFT - margin)
+    inner = 0.5 * (DOUBLE - 2 * pieces.LEFT - margin)
     inner *= min(1.0, _TALLEST / (inner * max(aspects)))
-    high = top + inner * max(aspects) + _FOOT
+    high = top + inner * max(aspects) + pieces.FOOT
     figure = new_figure(DOUBLE, high, layout="none")
-    boxes = ((x / DOUBLE, _FOOT / high, inner / DOUBLE, inner * aspect / high)
-             for x, aspect in zip((_LEFT, DOUBLE - margin - inner), aspects, strict=True))  # fmt: skip
+    boxes = ((x / DOUBLE, pieces.FOOT / high, inner / DOUBLE, inner * aspect / high)
+             for x, aspect in zip((pieces.LEFT, DOUBLE - margin - inner), aspects, strict=True))  # fmt: skip
     plan, section = (figure.add_axes(box) for box in boxes)
     return figure, (plan, section)
 
 
 def _fields(
-    plan: Axes, section: Axes, skin: Skin, contact: LocalContact, component: _Component, window: _Window
+    plan: Axes, section: Axes, skin: Skin, contact: LocalContact, component: pieces.Component, window: _Window
 ) -> ContourSet:
     """The field from above and in the section, with the same levels: those of what is seen from above."""
     left, right, front, back, bottom, level, cut = window
@@ -254,19 +227,16 @@ def _fields(
     x[0] = 0.02 * x[1]  # just beneath the surface, on which a contact's edge may be singular
     above = component.scale * component.of(skin.state(contact, level / MM, y / MM, z[:, None] / MM))
     beside = component.scale * component.of(skin.state(contact, x[:, None] / MM, y / MM, cut / MM))
-    levels = _levels(np.abs(above))
-    colours = colormaps["RdBu_r"].resampled(levels.size + 1)
-    norm = BoundaryNorm(levels, colours.N, extend="both")
+    levels = pieces.levels_of(np.abs(above))
     x[0] = 0.0
-    for axes, down, values in ((plan, z, above), (section, x, beside)):
-        drawn = axes.contourf(y, down, values, levels, cmap=colours, norm=norm, extend="both")
-        drawn.set_edgecolor("face")  # no hairlines between the bands in SVG
+    drawn = pieces.bands(plan, y, z, above, levels)
+    pieces.bands(section, y, x, beside, levels)
     plan.axhline(cut, color=GREY, linewidth=0.6, linestyle=(0, (5, 3)))
     section.axhline(level, color=GREY, linewidth=0.6, linestyle=(0, (5, 3)))
     return drawn
 
 
-def _pressed(plan: Axes, section: Axes, contact: LocalContact, window: _Window, scale: _Scale) -> None:
+def _pressed(plan: Axes, section: Axes, contact: LocalContact, window: _Window, scale: pieces.Scale) -> None:
     """Where it presses, its resultant, the drag of it as an arrow from above, the pressure as a hump on the section."""
     low, high = (MM * np.asarray(end) for end in contact.support)
     if (low < high).all():
@@ -282,10 +252,10 @@ def _pressed(plan: Axes, section: Axes, contact: LocalContact, window: _Window, 
     thick: dict[str, Any] = {"color": BLACK, "linewidth": 3.0 * scale.weight}
     for part in contact.parts if isinstance(contact, LocalSum) else (contact,):
         normal, along_y, _ = part.components
-        force = _Force(
+        force = pieces.Force(
             MM * float(part.position[0]), float(np.hypot(normal, along_y)), float(np.arctan2(along_y, normal))
         )
-        _arrow(section, force, scale.length(force.size), mutation_scale=12 * scale.weight, zorder=3, **thick)
+        pieces.arrow(section, force, scale.length(force.size), mutation_scale=12 * scale.weight, zorder=3, **thick)
         mark_drag(plan, part.position, part.components, 0.2 * (window.right - window.left), BLACK)
         section.plot([], [], label=f"load: {told(Load(part.position, part.components))}", **thick)
 

@@ -15,28 +15,12 @@ from ..estimate import Estimate
 from ..finger import Finger
 from ..loads import Load
 from ..skin import Skin
+from . import pieces
 from .above import area_map, finger_above
-from .parts import legend, stacked
-from .section import (
-    _BASE,
-    _FOOT,
-    _LEFT,
-    _RIGHT,
-    COMPONENTS,
-    _above,
-    _colour_bar,
-    _field,
-    _found,
-    _inside,
-    _legend,
-    _resultants,
-    _Scale,
-    _sensors,
-    _window,
-    finger_section,
-)
+from .parts import legend
+from .section import cut_open, draw_found, finger_section, window_of
 from .strips import contact_strip
-from .style import BLACK, DOUBLE, GREY, MM, SINGLE, finished, new_figure
+from .style import BLACK, GREY, MM, SINGLE, finished, new_figure
 from .truth import truth_against_estimate
 from .truth_above import truth_above
 
@@ -87,30 +71,9 @@ def finger_figure(
     if options:
         rule = "there is nothing that presses to draw it of"
         raise InvalidValueError(", ".join(options), rule, "finger.plot(ss.LineLoad(force=40.0))")
-    return _bare(finger)
+    return cut_open(finger.skin, window_of(finger, []), finger=finger)
 
 
-@finished
-def _bare(finger: Finger) -> Figure:
-    """The skin and its sensors, to scale, with nothing that presses."""
-    left, right, bottom = _window(finger, [])
-    base = MM * finger.skin.thickness
-    foot = bottom if bottom < base else base + _BASE * base
-    inner = DOUBLE - _LEFT - _RIGHT
-    figure, panels = stacked(DOUBLE, [inner * foot / (right - left)], left=_LEFT, right=_RIGHT, top=1.5, foot=_FOOT)
-    axes = panels[0]
-    axes.set(xlim=(left, right), ylim=(foot, 0.0), ylabel="depth x [mm]")
-    axes.axhspan(0.0, min(bottom, base), color="#F3E9DC", linewidth=0, zorder=0.1)
-    _inside(axes, finger.skin, foot)
-    axes.axhline(0.0, color=BLACK, linewidth=0.9, clip_on=False)
-    _sensors(axes, finger, None)
-    arc = ", unrolled" if finger.skin.curvature else ""
-    axes.set_xlabel(f"position along the skin y [mm]{arc}")
-    _legend(figure, axes, columns=2)
-    return figure
-
-
-@finished
 def field_map(
     skin: Skin,
     contact: Contact | LocalContact,
@@ -149,7 +112,7 @@ def field_map(
     """
     if isinstance(contact, LocalContact):
         return area_map(skin, contact, component, span, depth)
-    _check.choice("component", component, COMPONENTS)
+    chosen = pieces.component_of(component)
     if contact.shape:
         raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     left, right = _check.ends("span", span, "span=(-5e-3, 5e-3)") or _around(contact, skin)
@@ -158,27 +121,8 @@ def field_map(
     usual = min(0.5 * (right - left), skin.thickness)
     most = float(skin.thickness)
     bottom = usual if depth is None else _check.scalar("depth", depth, unit="m", above=0.0, at_most=most)
-    return _mapped(skin, contact, component, (MM * left, MM * right, MM * bottom))
-
-
-def _mapped(skin: Skin, contact: Contact, component: str, window: tuple[float, float, float]) -> Figure:
-    left, right, bottom = window
-    forces, base, top = _resultants(contact), MM * skin.thickness, 0.35 * bottom
-    foot = bottom if bottom < base else base + _BASE * base
-    inner = DOUBLE - _LEFT - _RIGHT
-    heights = [inner * (foot + top) / (right - left)]
-    figure, panels = stacked(DOUBLE, heights, left=_LEFT, right=_RIGHT, top=1.5, foot=_FOOT)
-    axes = panels[0]
-    axes.set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]")
-    box = axes.get_position()
-    bar = figure.add_axes((box.x1 + 2.5 / DOUBLE, box.y0, 2.2 / DOUBLE, box.height))
-    drawn = _field(axes, skin, contact, COMPONENTS[component], window, 0.08 * bottom)
-    _inside(axes, skin, foot)
-    _colour_bar(bar, drawn, COMPONENTS[component].label, heights[0])
-    _above(axes, contact, forces, _Scale(top, max(force.size for force in forces) or 1.0, 1.0), "load")
-    axes.set_xlabel(f"position along the skin y [mm]{', unrolled' if skin.curvature else ''}")
-    _legend(figure, axes, columns=2)
-    return figure
+    window = MM * left, MM * right, MM * bottom
+    return cut_open(skin, window, contact, chosen, near=0.08 * MM * bottom, room=0.35)
 
 
 def _around(contact: Contact, skin: Skin) -> tuple[float, float]:
@@ -250,7 +194,7 @@ def _single(found: Estimate) -> Figure:
     near = np.isfinite(rival) and float(second.chi2) < _NEAR
     reach = max(1.3 * abs(rival - centre) if near else 0.0, half, 1.0)
     top = 0.6 * reach
-    _found(axes, found, _Scale(top, float(found.force), 0.7), "\n")
+    draw_found(axes, found, pieces.Scale(top, float(found.force), 0.7), "\n")
     if near:
         force, worse = f"{float(second.force):.3g} {found.force_unit}", f"chi-square {float(second.chi2):.3g} worse"
         text = f"rival: {force} at y = {rival:.2f} mm, {worse}"

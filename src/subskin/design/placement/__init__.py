@@ -1,9 +1,8 @@
 """Where to put the sensors: bounds, ambiguity, and the best row."""
 
 from .asked import AREA_MEASURES, AREA_SAMPLES, PLACEMENT_MEASURES
-from .best import BestRow, best_row
+from .best import BestPositions, BestRow, best_positions, best_row
 from .layout import PATTERNS, Arrangement, Channel, channels_of, layouts
-from .positions import BestPositions, best_positions
 from .quality import PlacementQuality, placement_quality
 from .study import PlacementStudy, placement_study, study_at_depth
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,40 @@ from ...estimate.climb import field_at
 
 _SINGULAR = 1e-24
 _UNTOLD = 1e6
+
+
+class Grams(NamedTuple):
+    """Products of a row's field: of A with A (k), of A with its slope (m), of the slope with itself (h)."""
+
+    k11: float
+    k12: float
+    k22: float
+    m11: float
+    m12: float
+    m21: float
+    m22: float
+    h11: float
+    h12: float
+    h22: float
+
+
+class Bounds(NamedTuple):
+    """Fisher information of position u, logarithm of the force f and angle a, its determinant; and the variances.
+
+    Those are infinite where they are beyond all sense: there the Jacobian is singular, but for the rounding of the
+    table.
+    """
+
+    uu: float
+    uf: float
+    ua: float
+    ff: float
+    fa: float
+    aa: float
+    det: float
+    position: float
+    force: float
+    angle: float
 
 
 @compiled()
@@ -44,7 +79,7 @@ def row_table(field, field_start, field_step, positions, start, step, table):
 
 @compiled()
 def _grams(a):
-    """Products of the rows of a (4, n): A with A, A with its slope, the slope with itself."""
+    """Products of the rows of a (4, n): the field A, normal and tangential, and its slope."""
     k11 = k12 = k22 = m11 = m12 = m21 = m22 = h11 = h12 = h22 = 0.0
     for i in range(a.shape[1]):
         an, at, dn, dt = a[0, i], a[1, i], a[2, i], a[3, i]
@@ -58,16 +93,12 @@ def _grams(a):
         h11 += dn * dn
         h12 += dn * dt
         h22 += dt * dt
-    return k11, k12, k22, m11, m12, m21, m22, h11, h12, h22
+    return Grams(k11, k12, k22, m11, m12, m21, m22, h11, h12, h22)
 
 
 @compiled()
 def _bounds(grams, c, s, mu, farthest):
-    """Fisher information of position u, logarithm of the force f and angle a: uu, uf, ua, ff, fa, aa, determinant.
-
-    Then the three variances, infinite where they are beyond all sense: there the Jacobian is singular, but for the
-    rounding of the table. c, s: normal and tangential force.
-    """
+    """`Bounds` of a touch with normal and tangential force c and s."""
     k11, k12, k22, m11, m12, m21, m22, h11, h12, h22 = grams
     ff = k11 * c * c + 2 * k12 * c * s + k22 * s * s
     uu = h11 * c * c + 2 * h12 * c * s + h22 * s * s
@@ -88,7 +119,7 @@ def _bounds(grams, c, s, mu, farthest):
     v_y = v_y if 0.0 <= v_y < _UNTOLD * farthest * farthest else math.inf
     v_f = v_f if 0.0 <= v_f < _UNTOLD else math.inf
     v_a = v_a if 0.0 <= v_a < _UNTOLD else math.inf
-    return uu, uf, ua, ff, fa, aa, det, v_y, v_f, v_a
+    return Bounds(uu, uf, ua, ff, fa, aa, det, v_y, v_f, v_a)
 
 
 @compiled()
@@ -108,7 +139,8 @@ def climb(table, start, step, mu, force, which, touch, size, ends):
             at = min(max(here_y + (q // 3 - 1) * dy, ends[0, 0]), ends[0, 1])
             lean = min(max(here_angle + (q % 3 - 1) * da, ends[1, 0]), ends[1, 1])
             field_at(table, start, step, at, a)
-            found = _bounds(_grams(a), force * math.cos(lean), force * math.sin(lean), mu, farthest)[7 + which]
+            told = _bounds(_grams(a), force * math.cos(lean), force * math.sin(lean), mu, farthest)
+            found = (told.position, told.force, told.angle)[which]
             if found > best:
                 best, y, angle = found, at, lean
         if best == math.inf:

@@ -144,11 +144,11 @@ def _left(b1, b2, m1, m2, p1, p2, total):
 
 
 @compiled()
-def _minima(near, asked, count, c, s, total, left, minimum):
-    """L at the first `count` columns of near (8, m), into left[1:], and a 1 in `minimum` at each asked for minimum."""
+def _minima(near, cone, asked, count, c, s, total, left, minimum):
+    """L at the first `count` columns of B and the cone's edges (4, m), into left[1:], and a 1 at each asked minimum."""
     for q in range(count):
         b1, b2 = near[0, q] * c + near[1, q] * s, near[2, q] * c + near[3, q] * s
-        left[q + 1] = _left(b1, b2, near[4, q], near[5, q], near[6, q], near[7, q], total)
+        left[q + 1] = _left(b1, b2, cone[0, q], cone[1, q], cone[2, q], cone[3, q], total)
     left[count + 1] = math.inf
     for q in range(count):
         minimum[q] = asked[q] & (left[q + 1] < left[q]) & (left[q + 1] <= left[q + 2])
@@ -200,7 +200,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
     a (4, n): of `field_at` at f; told: of `_bounds`.
     """
     start, step, m = scan[0], scan[1], int(scan[2])
-    uu, uf, ua, ff, fa, aa, det, variance = (told[0], told[1], told[2], told[3], told[4], told[5], told[6], told[7])
+    uu, uf, ua, ff, fa, aa, det, variance, _, _ = told
     reach = max(6.0 * math.sqrt(variance), wide)
     for trial in range(2):
         before = math.floor((f - reach - start) / step)
@@ -263,7 +263,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
     b = np.empty((4, m))
     possible = np.zeros(m, dtype=np.bool_)
     index = np.empty(m, dtype=np.int64)
-    near = np.empty((8, m))
+    near, near_edges = np.empty((4, m)), np.empty((4, m))
     left = np.full(m + 2, math.inf)
     asked = np.empty(m, dtype=np.uint8)
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
@@ -274,24 +274,23 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
         field_at(table, start, step, f, a)
         grams = _grams(a)
         _project(basis, a, b)
-        _possible(b, grams[0], grams[1], grams[2], cone, cap / force, turns, possible)
+        _possible(b, grams.k11, grams.k12, grams.k22, cone, cap / force, turns, possible)
         count = 0
         for j in range(m):
             if possible[j] or (j > 0 and possible[j - 1]) or (j < m - 1 and possible[j + 1]):
                 index[count], asked[count] = j, possible[j]
                 for q in range(4):
-                    near[q, count] = b[q, j]
-                    near[4 + q, count] = edges[q, j]
+                    near[q, count], near_edges[q, count] = b[q, j], edges[q, j]
                 count += 1
         for k in range(directions.shape[2]):
             c, s = force * directions[0, p, k], force * directions[1, p, k]
             told = _bounds(grams, c, s, mu, reach_all)
-            uu, total, aa, det, v_y, v_f, v_a = told[0], told[3], told[5], told[6], told[7], told[8], told[9]
+            total, v_y, v_a = told.ff, told.position, told.angle
             if bounds:
-                out[POSITION, p, k], out[FORCE, p, k] = math.sqrt(v_y), math.sqrt(v_f)
+                out[POSITION, p, k], out[FORCE, p, k] = math.sqrt(v_y), math.sqrt(told.force)
                 out[ANGLE, p, k] = math.sqrt(v_a)
-                size = total + aa
-                out[LOG_DET, p, k] = math.log(max(det, _SINGULAR * uu * size * (size if mu > 0.0 else 1.0)))
+                size = total + told.aa
+                out[LOG_DET, p, k] = math.log(max(told.det, _SINGULAR * told.uu * size * (size if mu > 0.0 else 1.0)))
             over = math.sqrt(total + 2.0) - root_detection
             unfelt = _normal(-over) if over < _SURE_AT_ALL else 0.0
             # what else the readings would fit, as `locate` judges it
@@ -303,7 +302,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
                     unsure = max(unsure, _normal(-inside / math.sqrt(v_y)))
             else:  # neither position nor angle is determined
                 unsure = 1.0
-            _minima(near, asked, count, c, s, total, left, minimum)
+            _minima(near, near_edges, asked, count, c, s, total, left, minimum)
             clear, odds, size = 1.0, 0.0, math.sqrt(total)
             for word in range((count + 7) // 8):
                 if words[word] == 0:

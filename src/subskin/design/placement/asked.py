@@ -1,4 +1,4 @@
-"""What placements are asked: where touches lie, how many judge a placement, and the numbers that it comes to."""
+"""What placements are asked, and what they tell: touches, the bounds of Cramer and Rao, and what it comes to."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
+from .._common import widest
 from ..touches import Touches
 
 AMBIGUITY = 13.8
@@ -196,3 +197,61 @@ def check_count(count: int, touches: Touches) -> None:
         raise InvalidValueError(
             f"{count} sensors", f"a touch has {needed} unknowns, and takes as many sensors that respond", "more sensors"
         )
+
+
+_BLIND = 1e-10
+"""Share of the information of the best seen combination of unknowns below which another is not seen at all."""
+
+
+class Told(NamedTuple):
+    """Bounds at touches of shape (...): covariance of (y, z, (a), N, Ty, Tz), infinite where one is open; rank."""
+
+    covariance: FloatArray
+    rank: npt.NDArray[np.intp]
+    log_det: FloatArray
+
+    @classmethod
+    def of(cls, information: FloatArray, units: FloatArray, known: int = 0) -> Told:
+        """From Fisher's information (..., u, u); units (u,) are those beside which errors are small.
+
+        The last `known` unknowns are known to be 0: the drag where there is no friction.
+        """
+        u = information.shape[-1] - known
+        scale = units[:u]
+        whole = information[..., :u, :u] * (scale[:, None] * scale)
+        covariance = np.full(information.shape, 0.0)
+        with np.errstate(all="ignore"):
+            sizes = np.trace(whole, axis1=-2, axis2=-1)
+            lifted = whole + 1e-15 * sizes[..., None, None] * np.eye(u)
+            inverse = np.linalg.inv(lifted)
+            blind = ~(np.trace(inverse, axis1=-2, axis2=-1) * sizes * _BLIND < 1.0) | ~(sizes > 0)
+        rank = np.full(blind.shape, u)
+        if blind.any():
+            values = np.linalg.eigvalsh(whole[blind])
+            rank[blind] = (values > _BLIND * values[:, -1:]).sum(axis=-1)
+        covariance[..., :u, :u] = np.where(blind[..., None, None], np.inf, inverse * (scale[:, None] * scale))
+        sign, log_det = np.linalg.slogdet(lifted)
+        return cls(covariance, rank, np.where(sign > 0, log_det, -np.inf) - 4 * np.log(scale[0]))
+
+    def stds(self, load: FloatArray) -> dict[str, FloatArray]:
+        """Standard deviations by `AREA_STDS`, of touches under loads (..., 3).
+
+        Of the position in the direction in which it is worst, of the angle of the load to that side to which it is
+        worst [rad], of the force relative to it, of the half width [m] (0 where it is known).
+        """
+        c = self.covariance
+        bad = ~np.isfinite(c[..., 0, 0])
+        at, forces = np.where(bad[..., None, None], 0.0, c), np.broadcast_to(load, (*c.shape[:-2], 3))
+        size = np.linalg.norm(forces, axis=-1)
+        along = forces / size[..., None]
+        turn = np.eye(3) - along[..., :, None] * along[..., None, :]
+        f = at[..., -3:, -3:]
+        across = turn @ f @ turn
+        out = {
+            "position": widest(at[..., :2, :2]),
+            "angle": np.sqrt(np.maximum(np.linalg.eigvalsh(across)[..., -1], 0.0)) / size,
+            "force": np.sqrt(np.maximum(np.einsum("...i,...ij,...j->...", along, f, along), 0.0)) / size,
+            "radius": np.sqrt(np.maximum(at[..., 2, 2], 0.0)) if c.shape[-1] == 6 else np.zeros(bad.shape),
+        }
+        known = "radius" if c.shape[-1] == 5 else ""
+        return {name: value if name == known else np.where(bad, np.inf, value) for name, value in out.items()}

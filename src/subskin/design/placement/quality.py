@@ -11,8 +11,7 @@ from ..._check import FloatArray
 from ...finger import Finger, finger_needed
 from .._common import Found
 from ..touches import Touches
-from ._area import AreaField
-from ._row import RowField
+from ._field import AreaField, RowField
 from .asked import AMBIGUITY, AREA_SAMPLES, MARGIN, Asked, check_count, check_where, checked_margin, reach_of, searched
 
 __all__ = ["PlacementQuality", "placement_quality"]

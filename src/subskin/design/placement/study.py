@@ -19,10 +19,9 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...skin import Skin
 from ...transducer import Transducer
-from .._common import Found
+from .._common import Found, listed
 from ..touches import Touches
-from ._area import AreaField
-from ._row import OneSensor
+from ._field import AreaField, OneSensor
 from .asked import (
     AMBIGUITY,
     AREA_MEASURES,
@@ -138,9 +137,7 @@ def study_at_depth(
     _check.function("progress", progress)
     check_where(skin, touches)
     deep = _check.scalar("depth", depth, unit="m", above=0.0)
-    steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
-    if steps.ndim != 1:
-        raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed", "pitches=[1e-3, 2e-3]")
+    steps = listed("pitches", pitches, "m", above=0.0)
     beyond = checked_margin(margin)
     kinds = checked_channels(channels, touches)
     arrangements = checked_layouts(layouts, touches)

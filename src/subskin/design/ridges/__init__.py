@@ -1,7 +1,6 @@
 """Ridges on the skin or on what touches it (memo section 6.1)."""
 
-from .gain import Gains, RidgeGain, read_ridged, ridge_gain
-from .pitch import RidgePitch, best_ridge_pitch
+from .gain import Gains, RidgeGain, RidgePitch, best_ridge_pitch, read_ridged, ridge_gain
 from .pressed import PressedRidges, closing_pressure, press_ridges
 from .shape import Ridges
 

@@ -1,4 +1,4 @@
-"""Ridges on the skin: the gain that they bring, beneath and between them (memo section 6.1, Fig. 16)."""
+"""Ridges on the skin: the pitch that a sensor reads most, and the gain that they bring (memo section 6.1, Fig. 16)."""
 
 from __future__ import annotations
 
@@ -8,19 +8,98 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Result
 from ...contact import Contact
 from ...contact.as_lines import LineLoads, line_loads
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger, finger_needed
 from ...response import Response, tabulate
-from .._common import index_of, refuse_ridges
+from .._common import Found, index_of, refuse_ridges
+from ..response import spatial_response
 from .shape import Ridges
 
-__all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
+__all__ = ["Gains", "RidgeGain", "RidgePitch", "best_ridge_pitch", "read_ridged", "ridge_gain"]
+
+_LEAST, _MOST, _SCAN = 1e-3, 60.0, 481
+_NEARER, _ROUNDS = 41, 6
+_SHARE = 0.5
+"""A maximum has to have this share of the largest reading: a wide sensor has others, ever smaller."""
+
+
+@dataclass(frozen=True, eq=False)
+class RidgePitch(Found):
+    """What `best_ridge_pitch` found, for each of the n sensors.
+
+    Attributes
+    ----------
+    pitch : ndarray, shape (n,)
+        The best pitch [m]; infinite where a pressure without ridges reads most.
+    normal, tangential : ndarray, shape (n,)
+        Size of the reading of a wave of pressure and of a wave of shear of that pitch [its unit / Pa].
+    """
+
+    pitch: FloatArray
+    normal: FloatArray
+    tangential: FloatArray
+
+
+def best_ridge_pitch(finger: Finger) -> RidgePitch:
+    """The finest pitch at which the reading of a wave of pressure has a maximum, sensor by sensor.
+
+    For normal strain on a half plane it is pi / nu depths, 2 pi at nu = 1/2 (memo section 6.1), and a wave of shear of
+    that pitch is not read at all. On any other finger it is found from
+    `spatial_response`. A layer that is squeezed, or a ring bent oval, has a coarser maximum as well, of waves longer
+    than the skin is thick; the finer one is meant, if it has half the size. On a round finger a whole number of ridges
+    goes round. It is the best of waves without end: a contact that spans few ridges shifts it (`ridge_gain`).
+
+    Raises
+    ------
+    NotLinearError
+        A transducer that is not linear.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> best = best_ridge_pitch(ss.Finger(skin, ss.SensorArray(y=[0.0], depth=0.5e-3)))
+    >>> (best.pitch * 1e3).round(4).tolist(), bool(best.tangential[0] < 1e-6 * best.normal[0])
+    ([3.1416], True)
+    """
+    finger_needed(finger)
+    refuse_ridges(finger.skin, "the best pitch of ridges")
+    depth = np.asarray(finger.array.depth)
+    shortest = _MOST / float(depth.min())
+    if turn := finger.skin.curvature:
+        k = turn * np.arange(max(int(shortest / turn), 4))
+        sizes = spatial_response(finger, k).magnitude
+        at = _finest(sizes[..., 0])
+        return _found(np.asarray(k[at]), sizes[at, np.arange(depth.size)], at == 0)
+    logs = np.linspace(np.log(_LEAST / float(depth.max())), np.log(shortest), _SCAN)
+    at = _finest(spatial_response(finger, np.exp(logs)).magnitude[..., 0])
+    best, half, own = logs[at], logs[1] - logs[0], np.arange(depth.size)
+    for _ in range(_ROUNDS):
+        near = best[:, None] + half * np.linspace(-1, 1, _NEARER)
+        sizes = spatial_response(finger, np.exp(near)).magnitude[own, :, own]
+        best = near[own, np.argmax(sizes[..., 0], axis=1)]
+        half *= 3 / _NEARER
+    return _found(np.asarray(np.exp(best)), spatial_response(finger, np.exp(best)).magnitude[own, own], at == 0)
+
+
+def _finest(sizes: FloatArray) -> npt.NDArray[np.intp]:
+    """Index of the last large maximum of each column (waves, n); 0 where it is largest at its start."""
+    rises = np.diff(sizes, axis=0, prepend=np.inf, append=0.0)
+    tops = (rises[:-1] > 0) & (rises[1:] <= 0) & (sizes >= _SHARE * sizes.max(axis=0))
+    last = len(sizes) - 1 - np.argmax(tops[::-1], axis=0)
+    return np.where(np.argmax(sizes, axis=0) == 0, 0, last)
+
+
+def _found(k: FloatArray, sizes: FloatArray, endless: npt.NDArray[np.bool_]) -> RidgePitch:
+    pitch = np.where(endless, np.inf, 2 * np.pi / np.where(endless, 1.0, k))
+    return RidgePitch(pitch, sizes[:, 0].copy(), sizes[:, 1].copy())
+
 
 _BEYOND, _PER_DEPTH, _CLOSER = 2.5, 5, 65
 """How far beyond the contact is tried, in depths; how many positions a depth, and about the largest reading."""
@@ -43,7 +122,7 @@ class Gains(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RidgeGain(Result):
+class RidgeGain(Found):
     """What `ridge_gain` found. Arrays have the shape to which contact and ridges broadcast.
 
     Attributes
@@ -167,10 +246,8 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         values = (smooth, ratio, max(peak, beneath, between), beneath, between, ripple)
         for (name, array), value in zip(out.items(), values, strict=True):
             array[index] = value / smooth if name in Gains._fields else value
-    done = {name: _check.read_only(values) for name, values in out.items()}
-    gains = Gains(*(done.pop(name) for name in Gains._fields))
-    half = _check.read_only(0.5 * (high - low))
-    return RidgeGain(finger, contact, ridges, sensor, _check.read_only(pitch.copy()), half, **done, equal_peak=gains)
+    gains = Gains(*(out.pop(name) for name in Gains._fields))
+    return RidgeGain(finger, contact, ridges, sensor, pitch.copy(), 0.5 * (high - low), **out, equal_peak=gains)
 
 
 def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None) -> FloatArray:

@@ -9,12 +9,11 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Result
 from ...contact import PressureProfile
 from ...finger import Finger, finger_needed
 from ...pressing import SineRidges, press
 from ...skin import Skin
-from .._common import refuse_ridges
+from .._common import Found, refuse_ridges
 from .gain import Gains, largest, ridge_gain, ridge_positions
 from .shape import Ridges, ShapeName
 
@@ -52,7 +51,7 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
 
 
 @dataclass(frozen=True, eq=False)
-class PressedRidges(Result):
+class PressedRidges(Found):
     """What `press_ridges` found. Arrays have the shape to which pitch, amplitude and force broadcast.
 
     Attributes
@@ -152,9 +151,9 @@ def press_ridges(
         "force": _check.real("force", force, unit="N/m", above=0.0),
     }
     batch = _check.broadcast(**given)
-    wide, high, load = (_check.read_only(np.broadcast_to(a, batch).copy()) for a in given.values())
+    wide, high, load = (np.broadcast_to(a, batch).copy() for a in given.values())
     status = np.zeros(batch, dtype=int)
-    arrays = half_width, pressure, touching, valley, crest = [np.full(batch, np.nan) for _ in range(5)]
+    half_width, pressure, touching, valley, crest = [np.full(batch, np.nan) for _ in range(5)]
     gains = np.empty((2, len(Gains._fields), *batch))
     for index in np.ndindex(batch):
         p = float(wide[index])
@@ -171,9 +170,7 @@ def press_ridges(
         solved = _solved(finger, sensor, smooth.contact, ridged.contact, p)
         gains[(slice(None), slice(None), *index)] = solved, assumed
     closing = closing_pressure(finger.skin, wide, high)
-    for array in arrays:
-        array.flags.writeable = False
-    solved_gains, assumed_gains = (Gains(*map(_check.read_only, g)) for g in gains)
+    solved_gains, assumed_gains = (Gains(*map(np.asarray, g)) for g in gains)
     return PressedRidges(
         finger, wide, high, load, status, closing, half_width, pressure, touching, valley, crest,
         shape, solved_gains, assumed_gains,

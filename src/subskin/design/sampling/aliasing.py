@@ -1,4 +1,4 @@
-"""The error that a row of sensors makes between them: sampled, joined again and compared with the true readings."""
+"""The error that sensors make between them: of a row sampled, joined again and compared; of a lattice by its waves."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Result
 from ...contact import Contact, LocalContact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger, finger_needed
-from .._common import whole
-from ._plane import lattice_of
-from ._row import EndlessRow
-from .lattice import LatticeError, lattice_error
+from .._common import Found, whole
+from ._endless import EndlessLattice, EndlessRow, lattice_of
 
-__all__ = ["AliasingError", "aliasing_error"]
+__all__ = ["AliasingError", "LatticeError", "aliasing_error"]
 
 _BEYOND = 15.0
 """Depths beyond the contact up to which every sample counts in full; further out the readings are smooth."""
@@ -36,7 +33,7 @@ Lattice: TypeAlias = Literal["row", "square", "hexagonal"] | None
 
 
 @dataclass(frozen=True, eq=False)
-class AliasingError(Result):
+class AliasingError(Found):
     """What `aliasing_error` found, m positions along the skin and p shifts of the row.
 
     Attributes
@@ -84,6 +81,41 @@ class AliasingError(Result):
     def rms(self) -> float:
         """Root mean square over the shifts where it is largest, in shares of the full scale."""
         return float(np.sqrt((self.error**2).mean(axis=0)).max()) / self.full_scale
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeError(Found):
+    """What `aliasing_error` found of a lattice on an area; of a contact, or of tractions that are white.
+
+    Attributes
+    ----------
+    finger : Finger
+        The skin, with the one sensor that the lattice repeats, at (0, 0).
+    contact : LocalContact or None
+        What presses; None for pressure and drags along y and along z that hold all waves alike.
+    lattice : str
+        "square" or "hexagonal".
+    pitch : float
+        Pitch of the sensors [m].
+    beyond : float or ndarray, shape (3,)
+        Root mean square of what is read of waves beyond the first zone, over that within it [-]; without a contact of
+        the pressure and of each drag.
+    """
+
+    finger: Finger
+    contact: LocalContact | None
+    lattice: str
+    pitch: float
+    beyond: FloatArray
+
+    @property
+    def rms(self) -> FloatArray:
+        """Root mean square error of the readings recovered between the sensors, over that of the readings [-].
+
+        Over all positions, and all shifts of the lattice: the waves beyond the first zone are missing, and others are
+        taken for them, so it is the root of 2 b^2 / (1 + b^2), b being `beyond`.
+        """
+        return _check.read_only(np.sqrt(2 / (1 + self.beyond**2)) * self.beyond)
 
 
 @overload
@@ -179,16 +211,12 @@ def aliasing_error(
     finger_needed(finger)
     kind = lattice_of(finger, lattice)
     if kind != "row":
-        return lattice_error(finger, contact, pitch, sensor=sensor, lattice=kind)
+        return _lattice_error(finger, contact, pitch, sensor=sensor, lattice=kind)
     if not isinstance(contact, Contact):
         seen, rule = f"contact = {contact!r} over a row", "a long contact is needed"
         raise InvalidValueError(seen, rule, 'Hertz(force=40.0, half_width=2e-3), or lattice="square"')
     row = EndlessRow.of(finger, sensor, contact)
-    step = _pitch(finger, pitch)
-    if step < _DENSEST * row.depth:
-        raise InvalidValueError(
-            f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find", "a larger pitch"
-        )
+    step = _sparse(_pitch(finger) if pitch is None else pitch, row.depth)
     shifts = whole("shifts", shifts, 2)
     skin, around = row.finger.skin, 0
     if skin.curvature:
@@ -209,14 +237,22 @@ def aliasing_error(
         )
     bound, at_nyquist = _spectral(row, np.pi / step)
     return AliasingError(
-        row.finger, contact, step, _check.read_only(row.centre + positions), _check.read_only(truth),
-        _check.read_only(offsets), _check.read_only(error), scale, bound / scale, at_nyquist,
+        row.finger, contact, step, row.centre + positions, truth, offsets, error, scale, bound / scale, at_nyquist
     )  # fmt: skip
 
 
-def _pitch(finger: Finger, pitch: float | None) -> float:
-    if pitch is not None:
-        return _check.scalar("pitch", pitch, unit="m", above=0.0)
+def _sparse(pitch: float, depth: float) -> float:
+    """The pitch, which is not so small that no error is left to find."""
+    step = _check.scalar("pitch", pitch, unit="m", above=0.0)
+    if step < _DENSEST * depth:
+        raise InvalidValueError(
+            f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find", "a larger pitch"
+        )
+    return step
+
+
+def _pitch(finger: Finger) -> float:
+    """The pitch of the finger's own row."""
     gaps = np.diff(np.sort(np.asarray(finger.array.y)))
     if not gaps.size or not gaps.min() > 0 or np.ptp(gaps) > 1e-9 * gaps.max():
         raise GeometryError(
@@ -264,3 +300,31 @@ def _spectral(row: EndlessRow, nyquist: float) -> tuple[float, float]:
     if not beyond.size:
         return 0.0, 0.0
     return float(row.beyond(beyond, sizes)[0]), float(sizes.max()) / largest
+
+
+def _lattice_error(finger: Finger, contact: object, pitch: float | None, *, sensor: int, lattice: str) -> LatticeError:
+    """`aliasing_error` of a square or hexagonal lattice."""
+    if contact is not None and not isinstance(contact, LocalContact):
+        seen, rule = f"a {type(contact).__name__} over a {lattice} lattice", "a local contact is needed, or none"
+        raise InvalidValueError(seen, rule, "RoundHertz(force=1.0, half_width=2e-3)")
+    if contact is not None and contact.shape != ():
+        raise GeometryError(f"contacts of shape {contact.shape}", "a single one is needed", "give contacts one by one")
+    sensors = EndlessLattice.of(finger, sensor)
+    step = _sparse(_lattice_pitch(finger, lattice) if pitch is None else pitch, sensors.depth)
+    within, beyond = sensors.powers(lattice, step, contact)
+    if not (within + beyond > 0).all():
+        raise InvalidValueError(
+            f"a sensor at {sensors.depth:.6g} m", "it reads nothing of the load", "another depth or transducer"
+        )
+    ratio = np.sqrt(beyond / within)
+    return LatticeError(sensors.finger, contact, lattice, step, ratio[0] if contact else ratio)
+
+
+def _lattice_pitch(finger: Finger, lattice: str) -> float:
+    """The pitch of the finger's own lattice."""
+    layout, points = finger.array.layout, np.unique(finger.array.points, axis=0)
+    own = "" if not layout or "along" in layout else "hexagonal" if "hexagonal" in layout else "square"
+    if own != lattice or len(points) < 2:
+        seen = f"sensors that are {f'a {layout}' if layout else 'not set out evenly'}"
+        raise GeometryError(seen, f"no {lattice} lattice follows from them", "pitch=2e-3")
+    return float(np.hypot(*(points[1:] - points[0]).T).min())

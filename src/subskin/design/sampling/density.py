@@ -1,35 +1,37 @@
-"""The pitch of sensors that a wanted attenuation at the Nyquist frequency asks for (memo section 6.0, eq. 26)."""
+"""The pitch that a wanted attenuation asks for (memo section 6.0, eq. 26), and the samples that sliding adds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
-from ..._check import ComplexArray, FloatArray
-from ..._frozen import Result
+from ..._check import FloatArray
+from ...array import SensorArray
 from ...contact import Contact
-from ...errors import InvalidValueError
+from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger, finger_needed
-from ._plane import EndlessLattice, lattice_of
-from ._row import EndlessRow
+from .._common import Found, index_of
+from ._endless import EndlessLattice, EndlessRow, lattice_of
 
-__all__ = ["SensorDensity", "sensor_density"]
+__all__ = ["SensorDensity", "SlidingSamples", "sensor_density", "sliding_samples"]
 
 _GROWS = 3.0
 """A response that grows by more than this from one long wave to one ten times as long has no largest value."""
-_WINDOW, _POSITIONS = 4.0, 32
-"""Depths on either side of a contact where the largest reading is looked for, and positions per depth."""
-_BLOCK = 1 << 22
+_NOTHING = 1e-12
+"""Share of the largest reading below which a load is not read at all."""
 _SPARSER = {"row": 1.0, "square": 1.0, "hexagonal": 2 / np.sqrt(3)}
 """Pitch times the Nyquist wavenumber over pi; and, on an area, sensors per area times the pitch squared."""
 
 
+Sensors: TypeAlias = EndlessRow | EndlessLattice
+
+
 @dataclass(frozen=True, eq=False)
-class SensorDensity(Result):
+class SensorDensity(Found):
     """What `sensor_density` found, for attenuations of shape (...); the last axis is the component of the load.
 
     In a row these are the normal and the tangential load, l = 2; on an area N, Ty and Tz, l = 3.
@@ -83,7 +85,7 @@ class SensorDensity(Result):
         k = _check.real("wavenumber", wavenumber, unit="rad/m", at_least=0.0)
         flat = k.reshape(-1)
         if self.lattice == "row":
-            sizes = np.abs(EndlessRow(self.finger, self.contact).arriving(flat))
+            sizes = EndlessRow(self.finger, self.contact).sizes(flat)
         else:
             sizes = EndlessLattice(self.finger).sizes(np.maximum(flat, 1e-12))
         return _check.read_only((sizes / self.largest).reshape(*k.shape, -1))
@@ -168,136 +170,64 @@ def sensor_density(
     finger_needed(finger)
     wanted = _check.real("attenuation", attenuation, above=1.0)
     kind = lattice_of(finger, lattice)
-    if kind != "row":
-        if contact is not None:
-            seen, rule = f"a {type(contact).__name__} over a {kind} lattice", "on an area the worst case is found"
-            raise InvalidValueError(seen, rule, "leave out contact; aliasing_error takes one")
-        return _on_area(EndlessLattice.of(finger, sensor), wanted, kind)
-    row = EndlessRow.of(finger, sensor, contact)
-    k = row.waves(float(wanted.max(initial=2.0)))
-    waves = row.arriving(k)
-    sizes, scales = np.abs(waves), _full_scale(row, k, waves)
-    ratios = wanted.reshape(-1)
-    nyquist = np.empty((2, ratios.size, 2))
-    peak, largest = np.empty(2), np.empty(2)
-    for load in (0, 1):
-        if not sizes[:, load].any():
-            name = ("pressure", "shear")[load]
-            raise InvalidValueError(
-                f"a sensor at {row.depth:.6g} m", f"it reads nothing of a {name}", "another depth or transducer"
-            )
+    if kind != "row" and contact is not None:
+        seen, rule = f"a {type(contact).__name__} over a {kind} lattice", "on an area the worst case is found"
+        raise InvalidValueError(seen, rule, "leave out contact; aliasing_error takes one")
+    sensors: Sensors
+    sensors = EndlessRow.of(finger, sensor, contact) if kind == "row" else EndlessLattice.of(finger, sensor)
+    k, ratios = sensors.waves(float(wanted.max(initial=2.0))), wanted.reshape(-1)
+    sizes, scales = sensors.surveyed(k)
+    nyquist, peak, largest = np.empty((2, ratios.size, len(scales))), np.empty(len(scales)), np.empty(len(scales))
+    for load, name in enumerate(sensors.loads):
         own = sizes[:, load]
-        peak[load], largest[load] = _summit(row, k, own, load)
-        nyquist[0, :, load] = [_crossing(row, k, own, largest[load] / ratio, load) for ratio in ratios]
-        errors = row.beyond(k, own) / scales[load]
-        nyquist[1, :, load] = [_fallen(row, k, errors, 1 / ratio) for ratio in ratios]
-    pitches = (np.pi / nyquist).reshape(2, *wanted.shape, 2)
-    return _density(row.finger, contact, wanted, pitches, peak, largest, "row")
-
-
-def _on_area(sensors: EndlessLattice, wanted: FloatArray, lattice: str) -> SensorDensity:
-    """The density of a lattice of sensors."""
-    from scipy.optimize import brentq
-
-    k = sensors.waves(float(wanted.max(initial=2.0)))
-    sizes, scales = sensors.sizes(k), sensors.full_scale()
-    ratios = wanted.reshape(-1)
-    nyquist, peak, largest = np.empty((2, ratios.size, 3)), np.empty(3), np.empty(3)
-    for load in range(3):
-        own = sizes[:, load]
-        at = int(np.argmax(own))
-        if not own[at] > 1e-12 * sizes.max():
-            name = ("pressure", "drag along y", "drag along z")[load]
-            raise InvalidValueError(
-                f"a sensor at {sensors.depth:.6g} m", f"it reads nothing of a {name}", "another depth or transducer"
-            )
-        fine = np.linspace(k[max(at - 1, 0)], k[min(at + 1, k.size - 1)], 257)
-        near = sensors.sizes(fine)[:, load]
-        peak[load], largest[load] = fine[near.argmax()], near.max()
-        if at == 0:  # long waves are read most; without bound, if those ten times as long are read more
-            unbounded = own[0] > _GROWS * sensors.sizes(10 * k[:1])[0, load]
-            peak[load], largest[load] = (np.nan, np.nan) if unbounded else (0.0, own[0])
+        if not own.max() > _NOTHING * sizes.max():
+            seen, fix = f"a sensor at {sensors.depth:.6g} m", "another depth or transducer"
+            raise InvalidValueError(seen, f"it reads nothing of a {name}", fix)
+        peak[load], largest[load] = _summit(sensors, k, own, load)
+        nyquist[0, :, load] = [_crossing(sensors, k, own, largest[load] / ratio, load) for ratio in ratios]
         errors = sensors.beyond(k, own) / scales[load]
-        for i, ratio in enumerate(ratios):
-            nyquist[0, i, load] = nyquist[1, i, load] = np.nan
-            level = largest[load] / ratio
-            if not np.isnan(level):
-                last = int(np.flatnonzero(own > level)[-1])
-                nyquist[0, i, load] = brentq(
-                    lambda one, level=level, load=load: float(sensors.sizes(np.array([one]))[0, load]) - level,
-                    k[last], k[last + 1], xtol=1e-13 * k[last + 1],
-                )  # fmt: skip
-            nyquist[1, i, load] = _reached(k, errors, 1 / ratio)
-    pitches = (np.pi * _SPARSER[lattice] / nyquist).reshape(2, *wanted.shape, 3)
-    return _density(sensors.finger, None, wanted, pitches, peak, largest, lattice)
+        nyquist[1, :, load] = [_fallen(sensors, k, errors, 1 / ratio) for ratio in ratios]
+    by_size, by_error = (np.pi * _SPARSER[kind] / nyquist).reshape(2, *wanted.shape, len(scales))
+    return SensorDensity(sensors.finger, contact, wanted, by_size, by_error, peak, largest, kind)
 
 
-def _density(
-    finger: Finger,
-    contact: Contact | None,
-    wanted: FloatArray,
-    pitches: FloatArray,
-    peak: FloatArray,
-    largest: FloatArray,
-    lattice: str,
-) -> SensorDensity:
-    by_size, by_error, peak, largest = (_check.read_only(a) for a in (*pitches, peak, largest))
-    return SensorDensity(finger, contact, wanted, by_size, by_error, peak, largest, lattice)
+def _size(sensors: Sensors, k: float, load: int) -> float:
+    return float(sensors.sizes(np.array([k]))[0, load])
 
 
-def _size(row: EndlessRow, k: float, load: int) -> float:
-    return float(np.abs(row.arriving(np.array([k]))[0, load]))
-
-
-def _full_scale(row: EndlessRow, k: FloatArray, waves: ComplexArray) -> FloatArray:
-    """Largest reading along the skin under the pressure alone and under the shear alone, shape (2,)."""
-    reach = row.half_width + _WINDOW * row.depth
-    positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_POSITIONS * reach / row.depth)) + 1)
-    if turn := row.finger.skin.curvature:
-        weights = np.where(k == 0, 0.5, 1.0) * turn / np.pi
-    else:
-        steps = np.diff(k, prepend=0.0)
-        weights = 0.5 * (steps + np.append(steps[1:], 0.0)) / np.pi
-    found, size = np.zeros(2), max(1, _BLOCK // k.size)
-    for i in range(0, positions.size, size):
-        part = np.exp(1j * np.outer(positions[i : i + size], k)) @ (weights[:, None] * waves)
-        found = np.maximum(found, np.abs(part.real).max(axis=0))
-    return found
-
-
-def _summit(row: EndlessRow, k: FloatArray, sizes: FloatArray, load: int) -> tuple[float, float]:
+def _summit(sensors: Sensors, k: FloatArray, sizes: FloatArray, load: int) -> tuple[float, float]:
     """Where the response is largest, and how large; NaN where it grows without bound towards long waves."""
     from scipy.optimize import minimize_scalar
 
     at = int(np.argmax(sizes))
-    if row.finger.skin.curvature:
+    if sensors.finger.skin.curvature:
         return float(k[at]), float(sizes[at])
     if at == 0:
-        unbounded = sizes[0] > _GROWS * _size(row, 10 * k[0], load)
+        unbounded = sizes[0] > _GROWS * _size(sensors, 10 * k[0], load)
         return (np.nan, np.nan) if unbounded else (0.0, float(sizes[0]))
     ends = (k[at - 1], k[min(at + 1, k.size - 1)])
     found = minimize_scalar(
-        lambda wave: -_size(row, wave, load), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]}
+        lambda wave: -_size(sensors, wave, load), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]}
     )
     return float(found.x), -float(found.fun)
 
 
-def _crossing(row: EndlessRow, k: FloatArray, sizes: FloatArray, level: float, load: int) -> float:
+def _crossing(sensors: Sensors, k: FloatArray, sizes: FloatArray, level: float, load: int) -> float:
     """The Nyquist wavenumber beyond which the response stays below `level`."""
     from scipy.optimize import brentq
 
     if np.isnan(level):
         return np.nan
     at = int(np.flatnonzero(sizes > level)[-1])
-    if turn := row.finger.skin.curvature:
+    if turn := sensors.finger.skin.curvature:
         return _between(turn, k[at])
-    root = brentq(lambda wave: _size(row, wave, load) - level, k[at], k[at + 1], xtol=1e-13 * k[at + 1])
+    root = brentq(lambda wave: _size(sensors, wave, load) - level, k[at], k[at + 1], xtol=1e-13 * k[at + 1])
     return float(root)
 
 
-def _fallen(row: EndlessRow, k: FloatArray, errors: FloatArray, level: float) -> float:
+def _fallen(sensors: Sensors, k: FloatArray, errors: FloatArray, level: float) -> float:
     """The Nyquist wavenumber at which the falling `errors` reach `level`."""
-    if turn := row.finger.skin.curvature:
+    if turn := sensors.finger.skin.curvature:
         return _between(turn, k[int(np.flatnonzero(errors > level)[-1])])
     return _reached(k, errors, level)
 
@@ -312,3 +242,104 @@ def _reached(k: FloatArray, errors: FloatArray, level: float) -> float:
 def _between(turn: float, k: float) -> float:
     """The Nyquist wavenumber of 2 n + 1 sensors round a finger: these tell n waves and fewer apart."""
     return float((np.round(k / turn) + 0.5) * turn)
+
+
+_SAME = 1e-9
+"""Samples closer than this share of a step lie at one position."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingSamples(Found):
+    """What `sliding_samples` found.
+
+    Attributes
+    ----------
+    step : float
+        How far the skin slides from one frame to the next [m].
+    distance : float
+        How far it slides in all [m].
+    position : ndarray, shape (m,)
+        Different positions sampled on the stretch that every sensor passes over, one step of it [m], ascending.
+    visits : float
+        Mean number of samples at each of these positions: more than 1 where sensors follow in others' tracks.
+    pitch : float
+        The widest gap between neighbouring positions [m]: what the row's pitch is to be replaced by.
+    mean_pitch : float
+        Step over the number of positions [m]; smaller than `pitch` where samples come in bunches.
+    noise_gain : float
+        Noise of the readings recovered between the samples over that of as many samples spaced evenly, if all waves up
+        to pi / mean_pitch are recovered [-]: 1 for even samples, large for bunches.
+    """
+
+    step: float
+    distance: float
+    position: FloatArray
+    visits: float
+    pitch: float
+    mean_pitch: float
+    noise_gain: float
+
+
+def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: int = 0) -> SlidingSamples:
+    """Where on a thing that slides past the sensors sample it.
+
+    In frame j a sensor at y samples the thing at y + j speed / rate, a step further on each time. One sensor samples
+    one position a step; n sensors sample n, where their positions differ once whole steps are taken off. Sensors a
+    whole number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count
+    that are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over
+    the whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
+    known: one wrong by a share e puts a sample e times the way slid off its position.
+
+    Parameters
+    ----------
+    array : SensorArray
+        The row.
+    speed : float
+        Speed of the object along the skin [m/s], not 0.
+    rate : float
+        Frames per second [Hz], > 0.
+    sensor : int, optional
+        The sensor whose like are counted.
+
+    Raises
+    ------
+    InvalidValueError
+        A speed of 0, a rate that is not > 0, a sensor that is not there.
+    GeometryError
+        A sensor that is dead, and so are its like.
+
+    Examples
+    --------
+    Four sensors 1 mm apart and a step of 0.8 mm: every 0.2 mm is sampled.
+
+    >>> import subskin as ss
+    >>> row = ss.SensorArray.line(count=4, pitch=1e-3, depth=2e-3)
+    >>> found = ss.design.sliding_samples(row, speed=0.08, rate=100.0)
+    >>> round(found.pitch * 1e3, 6), round(found.noise_gain, 6)
+    (0.2, 1.0)
+    """
+    pace = abs(_check.scalar("speed", speed, unit="m/s"))
+    frames = _check.scalar("rate", rate, unit="Hz", above=0.0)
+    if not pace > 0:
+        raise InvalidValueError("speed = 0 m/s", "what does not slide adds no samples", "speed=0.05")
+    _check.noun("array", array, SensorArray, "finger.array")
+    sensor = index_of(array, sensor)
+    kinds = [
+        (kind.linear_part, float(depth), float(width))
+        for kind, depth, width in zip(array.transducers, np.asarray(array.depth), np.asarray(array.width), strict=True)
+    ]
+    alike = np.array([kind == kinds[sensor] for kind in kinds]) & array.live
+    if not alike.any():
+        raise GeometryError(f"sensor {sensor}", "it is dead, of gain 0, and so are its like", "name another")
+    y = np.asarray(array.y)[alike]
+    step = pace / frames
+    rest = np.sort(np.mod(y - y.max(), step) / step)
+    rest = np.sort(np.where(rest > 1 - _SAME, 0.0, rest))
+    rest = rest[np.concatenate([[True], np.diff(rest) > _SAME])]
+    gaps = np.diff(np.concatenate([rest, [rest[0] + 1]]))
+    # waves that the step alone confuses, told apart by the positions in it; evenly spaced, these are a Fourier matrix
+    waves = np.exp(2j * np.pi * np.outer(rest, np.arange(rest.size))) / np.sqrt(rest.size)
+    gain = float(np.sqrt((np.abs(np.linalg.inv(waves)) ** 2).sum() / rest.size))
+    position = y.max() + step * rest
+    widest, mean = step * float(gaps.max()), step / rest.size
+    return SlidingSamples(step, float(np.ptp(y)) + step, position, y.size / rest.size, widest, mean, noise_gain=gain)

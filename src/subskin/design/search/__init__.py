@@ -1,12 +1,11 @@
 """From what a designer knows to ranked fingers."""
 
-from .choices import Mix, SensorKind, SkinChoice
-from .designed import Check, DesignedFinger, DesignStudy
+from .choices import Effort, Mix, Room, SensorKind, SkinChoice
 from .goals import Accuracy, Goals, Row
 from .grid import Criterion, DesignGrid, Store, search_grid
+from .look import Check, DesignedFinger, DesignStudy
 from .rank import rank_fingers
 from .remedy import Remedy
-from .room import Effort, Room
 
 __all__ = [
     "Accuracy",

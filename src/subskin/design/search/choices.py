@@ -1,4 +1,4 @@
-"""What there is to choose from: kinds of sensor, mixes of them, skins."""
+"""What there is to choose from: kinds of sensor, mixes, skins; where sensors can be put, how finely is searched."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import _check
-from ...errors import InvalidValueError
+from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
 from ...transducer import Transducer
+from .._common import whole
+from ..placement import PATTERNS
 
-__all__ = ["Mix", "SensorKind", "SkinChoice"]
+__all__ = ["Effort", "Mix", "Room", "SensorKind", "SkinChoice"]
 
 
 @dataclass(frozen=True)
@@ -108,3 +110,113 @@ class SkinChoice:
 
     name: str
     skin: Skin
+
+
+_MOST = 10_000
+"""Sensors, at most."""
+_DEEPEST = 1000
+"""Times the shallowest depth that a search goes to at most: it steps by shares of a depth."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """Where sensors can be put; `rank_fingers` has an example.
+
+    Parameters
+    ----------
+    count : (int, int)
+        Fewest and most sensors; at least 3.
+    depth : (float, float)
+        Shallowest and deepest [m].
+    least_pitch : float
+        Least distance between sensors, their wiring included [m].
+    longest_row : float, optional
+        Largest distance from the first sensor to the last [m].
+    area : (float, float), optional
+        Sides along y and z of where sensors may stand, for touches on an area [m]; half as large again as what is
+        touched, or two depths beyond it, if left out.
+    layouts : sequence of str, optional
+        On an area: which of "row", "grid", "hexagonal" are tried. "free" moves the sensors of the best of them.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Counts or depths that do not ascend; a row too short for the fewest sensors; an unknown layout.
+    """
+
+    count: tuple[int, int]
+    depth: tuple[float, float]
+    least_pitch: float
+    longest_row: float = np.inf
+    area: tuple[float, float] | None = None
+    layouts: tuple[str, ...] = ("grid", "hexagonal")
+
+    def __post_init__(self) -> None:
+        low, high = _check.pair("count", self.count, "count=(3, 12)")
+        if low % 1 or high % 1 or not 3 <= low <= high <= _MOST:
+            rule = f"two whole numbers are needed, 3 <= fewest <= most <= {_MOST}"
+            raise InvalidValueError(f"count = {list(self.count)!r}", rule, "3 and 12")
+        object.__setattr__(self, "count", (int(low), int(high)))
+        shallow, deep = _check.pair("depth", self.depth, "depth=(1e-3, 4e-3)", "m")
+        object.__setattr__(self, "depth", (shallow, deep))
+        if not 0 < shallow <= deep <= _DEEPEST * shallow:
+            rule = f"0 < shallowest <= deepest <= {_DEEPEST} times the shallowest is needed"
+            raise GeometryError(f"depth = {list(self.depth)!r} m", rule, "depth=(1e-3, 4e-3)")
+        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, unit="m", above=0.0))
+        longest = _check.scalar("longest_row", self.longest_row, unit="m", above=0.0, finite=False)
+        object.__setattr__(self, "longest_row", longest)
+        if not (longest >= (low - 1) * self.least_pitch * (1 - 1e-9)):
+            raise GeometryError(
+                f"longest_row = {self.longest_row:.6g} m",
+                f"{low:.0f} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
+                "fewer sensors, a smaller pitch, or a longer row",
+            )
+        object.__setattr__(self, "layouts", _check.several("layouts", self.layouts, str, 'layouts=["grid"]'))
+        unknown = [name for name in self.layouts if name not in (*PATTERNS, "free")]
+        if unknown or not set(self.layouts) & set(PATTERNS):
+            seen = f'layout "{unknown[0]}"' if unknown else f"layouts = {list(self.layouts)}"
+            rule = f'some of {", ".join(PATTERNS)} are needed, and perhaps "free"'
+            raise InvalidValueError(seen, rule, 'layouts = ["grid", "hexagonal"]')
+        if self.area is not None:
+            sides = _check.real("area", self.area, unit="m", above=0.0)
+            if sides.shape != (2,):
+                raise GeometryError(f"area of shape {sides.shape}", "two sides are needed", "area=(12e-3, 12e-3)")
+            object.__setattr__(self, "area", tuple(sides.tolist()))
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How finely designs are searched; `rank_fingers` has an example.
+
+    Parameters
+    ----------
+    depths, pitches : int, optional
+        How many of each are tried.
+    touches : int, optional
+        Touches by which each design is judged; 10,000 of a row and 300 on an area if left out.
+    seed : int, optional
+        Seed of the touches: the same seed gives the same numbers.
+    keep : int, optional
+        How many fingers are returned at most.
+
+    Raises
+    ------
+    InvalidValueError
+        What is no whole number, or too small.
+    """
+
+    depths: int = 20
+    pitches: int = 30
+    touches: int | None = None
+    seed: int = 0
+    keep: int = 5
+
+    def __post_init__(self) -> None:
+        limits = {
+            "touches": (100, 10**8),
+            "seed": (0, 2**63),
+            **dict.fromkeys(("depths", "pitches", "keep"), (1, 1000)),
+        }
+        for name, (least, most) in limits.items():
+            if name != "touches" or self.touches is not None:
+                object.__setattr__(self, name, whole(name, getattr(self, name), least, most))

@@ -17,8 +17,7 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ..placement import AREA_SAMPLES, Arrangement, Channel, channels_of, layouts
 from ..touches import Touches
-from .choices import Mix, SensorKind, SkinChoice
-from .room import Effort, Room
+from .choices import Effort, Mix, Room, SensorKind, SkinChoice
 
 __all__ = ["Accuracy", "Goals", "Row"]
 

@@ -12,9 +12,8 @@ from ... import _check
 from ..._check import FloatArray
 from ..._tasks import threads
 from ...errors import ConvergenceError
-from .designed import DesignedFinger, DesignStudy
 from .grid import DesignGrid
-from .look import explained, finished, freed_from, looked_at
+from .look import DesignedFinger, DesignStudy, explained, finished, freed_from, looked_at
 from .remedy import remedies
 
 __all__ = ["rank_fingers"]

@@ -13,8 +13,7 @@ from ...errors import InvalidValueError, SubskinError
 from ...finger import Finger
 from .._common import widest
 from ._study import Located, Study
-from .cost import TOLD, Cost
-from .sources import SOURCES, Source, as_made, of_each_sensor
+from .sources import SOURCES, TOLD, Cost, Source, as_made, of_each_sensor
 
 _TRIES = 1000
 _STEP = 1e-3

@@ -13,11 +13,10 @@ from ...errors import InvalidValueError, SubskinError
 from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
+from ._calibrated import METHODS, checked_method, recoveries, terms_for
 from ._costs import Costs, combined
-from ._recovery import METHODS, checked_method, recoveries, terms_for
 from ._study import Study
-from .cost import Cost, Needed, Recovery
-from .sources import checked_tolerances
+from .sources import Cost, Needed, Recovery, checked_tolerances
 
 __all__ = ["ToleranceBudget", "tolerance_budget"]
 

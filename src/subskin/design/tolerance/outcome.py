@@ -13,9 +13,8 @@ from ..._check import FloatArray
 from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
-from ._calibrated import after_calibration, count_of
+from ._calibrated import after_calibration, checked_method, count_of
 from ._costs import Costs
-from ._recovery import checked_method
 from ._study import Study
 from .sources import SOURCES, checked_tolerances
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Result
 from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
 from ...radial import tabulate_radial
-from .._common import whole
+from .._common import Found, noise_of, whole
+from ..placement.asked import Told
 from ..touches import Touches
-from .limen import _needed
+from .limen import distance_needed
 
 __all__ = ["AreaLimen", "edge_direction", "two_point_area"]
 
@@ -26,11 +26,10 @@ _ROUNDS, _FINER = 2, 6
 """How often the last step too near and the first far enough are looked between, and at how many distances."""
 _NODES = 16
 """Points of which an edge is made."""
-_BLIND = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class AreaLimen(Result):
+class AreaLimen(Found):
     """What `two_point_area` found, of k pairs.
 
     Attributes
@@ -134,11 +133,9 @@ def two_point_area(
         return np.sqrt(np.nan_to_num(np.asarray(found.residual), nan=0.0))
 
     spare = int(finger.array.live.sum()) - (5 if touches.half_width is None else 6)
-    needed = _needed(spare, power, false_alarm, "fit")
-    return AreaLimen(
-        finger, touches, _check.read_only(middle), _check.read_only(azimuth),
-        _check.read_only(_from_which_on(step, distances, needed, count)), far, needed,
-    )  # fmt: skip
+    needed = distance_needed(spare, power, false_alarm, "fit")
+    separation = _from_which_on(step, distances, needed, count)
+    return AreaLimen(finger, touches, middle, azimuth, separation, far, needed)
 
 
 def _from_which_on(
@@ -204,9 +201,7 @@ def edge_direction(
     box, long = _area(touches), _check.scalar("length", length, unit="m", above=0.0)
     p, d = whole("positions", positions, 2), whole("directions", directions)
     array = finger.array.select(finger.array.live)
-    noise = np.asarray(array.noise)
-    if not (noise > 0).all():
-        raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
+    noise = noise_of(array)
     ends = np.stack([box[:, 0] - 0.5 * long, box[:, 1] + 0.5 * long], axis=-1)
     reach = float(np.hypot(*np.abs(ends[None] - array.points[:, :, None]).max(axis=(0, 2))))
     table = tabulate_radial(Finger(finger.skin, array), reach)
@@ -224,12 +219,9 @@ def edge_direction(
     turned = (share[..., 0] * (slopes * across[:, :, None]).sum(axis=-1)).sum(axis=3)
     depth = float(np.asarray(array.depth).min())
     units = np.array([depth, depth, 1.0, *[touches.force] * 3])
-    jacobian = np.concatenate([moved, turned[..., None], unit], axis=-1) / noise[:, None] * units
-    information = np.swapaxes(jacobian, -1, -2) @ jacobian
-    size = np.trace(information, axis1=-2, axis2=-1)
-    inverse = np.linalg.inv(information + 1e-15 * size[..., None, None] * np.eye(6))
-    blind = ~(np.trace(inverse, axis1=-2, axis2=-1) * size * _BLIND < 1.0)
-    return _check.read_only(np.where(blind, np.inf, np.sqrt(np.maximum(inverse[..., 2, 2], 0.0))))
+    jacobian = np.concatenate([moved, turned[..., None], unit], axis=-1) / noise[:, None]
+    told = Told.of(np.swapaxes(jacobian, -1, -2) @ jacobian, units)
+    return _check.read_only(np.sqrt(np.maximum(told.covariance[..., 2, 2], 0.0)))
 
 
 def _area(touches: Touches) -> FloatArray:

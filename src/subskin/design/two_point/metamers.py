@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Result
 from ...errors import GeometryError
 from ...finger import Finger, finger_needed
 from ...response import tabulate
+from .._common import Found
 
 __all__ = ["Metamers", "metamers"]
 
@@ -23,7 +23,7 @@ _HALVINGS = 50
 
 
 @dataclass(frozen=True, eq=False)
-class Metamers(Result):
+class Metamers(Found):
     """Single points that read like several on two sensors.
 
     Attributes
@@ -139,16 +139,14 @@ def metamers(
     pushes = np.isfinite(found) & (size > 0)
     order = np.argsort(~pushes, axis=1, kind="stable")
     most = max(int(pushes.sum(axis=1).max(initial=0)), 1)
-    chosen = [
+    single_position, single_force = (
         np.take_along_axis(np.where(pushes, values, np.nan), order, axis=1)[:, :most].reshape(*reading.shape[:-1], most)
         for values in (found, size)
-    ]
+    )
     turned = np.unwrap(np.arctan2(*curve(grid).T[::-1]))
     direction = np.arctan2(reading[..., 1], reading[..., 0])
-    return Metamers(
-        _check.read_only(reading), _check.read_only(chosen[0]), _check.read_only(chosen[1]),
-        _check.read_only(direction), (float(turned.min()), float(turned.max())),
-    )  # fmt: skip
+    reach = float(turned.min()), float(turned.max())
+    return Metamers(reading, single_position, single_force, direction, reach)
 
 
 def _crossings(reading: FloatArray, curve: Callable[[FloatArray], FloatArray], grid: FloatArray) -> FloatArray:

@@ -11,12 +11,11 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Result
 from ...array import SensorArray
-from ...errors import GeometryError, InvalidValueError
+from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
 from ...response import tabulate
-from .._common import stretch
+from .._common import Found, listed, stretch
 from ..touches import Touches
 from .limen import Against, two_point_limen
 
@@ -26,7 +25,7 @@ _PITCHES = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0, 1.25, 1.5, 2.0)
 
 
 @dataclass(frozen=True, eq=False)
-class TwoPointStudy(Result):
+class TwoPointStudy(Found):
     """What `two_point_study` found. Arrays of shape (c, k, s, m): count, depth, pitch, noise.
 
     Attributes
@@ -131,20 +130,15 @@ def two_point_study(
     _check.function("progress", progress)
     finger_needed(finger)
     _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
-    counts = np.atleast_1d(_check.real("count", count, at_least=2.0))
+    counts = listed("count", count, at_least=2.0)
     if not (counts == np.round(counts)).all():
         raise InvalidValueError(f"count = {count!r}", "whole numbers are needed", "count=(3, 4, 6)")
-    ratios = np.atleast_1d(_check.real("pitch", pitch, above=0.0))
+    ratios = listed("pitch", pitch, above=0.0)
     if not (np.diff(ratios) > 0).all():
         raise InvalidValueError(f"pitch = {pitch!r}", "has to ascend", "pitch=(0.25, 0.5, 1.0)")
     own = float(np.asarray(finger.array.depth).mean())
-    depths = np.atleast_1d(_check.real("depth", own if depth is None else depth, unit="m", above=0.0))
-    shares = np.atleast_1d(_check.real("noise", noise, above=0.0))
-    for name, values in {"count": counts, "pitch": ratios, "depth": depths, "noise": shares}.items():
-        if values.ndim != 1 or not values.size:
-            raise GeometryError(
-                f"{name} of shape {values.shape}", "a list of them is needed", f"shape (3,), or one {name}"
-            )
+    depths = listed("depth", own if depth is None else depth, "m", above=0.0)
+    shares = listed("noise", noise, above=0.0)
     worst = np.empty((counts.size, depths.size, ratios.size, shares.size))
     median = np.empty_like(worst)
     for k, at in enumerate(depths):
@@ -157,10 +151,7 @@ def two_point_study(
                 worst[c, k, s, m], median[c, k, s, m] = there.worst, there.median
             if progress is not None:
                 progress()
-    return TwoPointStudy(
-        finger, touches, against, counts.astype(int), depths, ratios, shares,
-        _check.read_only(worst), _check.read_only(median),
-    )  # fmt: skip
+    return TwoPointStudy(finger, touches, against, counts.astype(int), depths, ratios, shares, worst, median)
 
 
 def _row(finger: Finger, count: int, pitch: float, depth: float, noise: float) -> Finger:

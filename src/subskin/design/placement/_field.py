@@ -1,11 +1,11 @@
-"""An array on an area as whitened tables, the bounds of Cramer and Rao for touches on it, and what it comes to."""
+"""A row, or an array on an area, as whitened tables; the touches on it surveyed, and what it comes to in numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,20 +14,183 @@ from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...array import SensorArray
 from ...contact import RoundHertz
-from ...errors import InvalidValueError
 from ...finger import Finger
 from ...prepared import tabulated
 from ...radial import RadialResponse, sampled, shared, tabulate_radial
+from ...response import Response, tabulate
 from ...skin import Skin
-from .._common import widest
+from ...transducer import Transducer
+from .._common import noise_of
 from ..touches import Touches
-from .asked import AREA_MEASURES, FALSE_ALARM, SHARES, Asked, Judged, summed_up
+from .asked import AREA_MEASURES, FALSE_ALARM, SHARES, Asked, Judged, Told, summed_up, trapezoid
 from .layout import Channel
+
+MAPS = ("position", "force", "angle", "log_det", *SHARES)
+"""Rows of a survey, in the order of the compiled code."""
+
+_PEAKS = 6
+_PIECE, _EXACT = 12.0, 1e-9
+"""Depths from the middle of a table to where the next piece of it begins; error beside its largest value."""
+_CELLS = 16
+_SCAN = 32
+"""Per depth: cells of a table, and positions at which loads are looked for; `locate` has the same."""
+
+
+def _compiled() -> tuple[Any, Any]:
+    """The compiled files, imported on first use."""
+    from . import _bounds_kernel, _kernel
+
+    return _bounds_kernel, _kernel
+
+
+@dataclass(frozen=True, eq=False)
+class RowField(Frozen):
+    """A row's whitened receptive field, shape (cells, 5, 2, n), its start and step [m], and its shallowest depth [m].
+
+    Its two ends are those of the search.
+    """
+
+    values: FloatArray
+    start: float
+    step: float
+    shallowest: float
+
+    @classmethod
+    def of(cls, finger: Finger, search: tuple[float, float]) -> RowField:
+        """That of a finger, its dead sensors left out; loads are looked for over `search` [m]."""
+        live = finger.array.live
+        array = finger.array.select(live)
+        noise = noise_of(array)
+        field = tabulate(finger, search).select(live)
+        values = np.ascontiguousarray(np.swapaxes(field.coefficients / noise[:, None], 2, 3))
+        return cls(values, field.start, field.step, float(np.asarray(array.depth).min()))
+
+    def survey(
+        self, touches: Touches, positions: FloatArray, angles: FloatArray, ambiguity: float, *, bounds: bool = True
+    ) -> FloatArray:
+        """`MAPS` of touches at positions (p,) [m] and angles (k,) or (p, k) [rad], shape (7, p, k).
+
+        Without `bounds` the first four are not filled.
+        """
+        angles = np.broadcast_to(angles, (positions.size, angles.shape[-1]))
+        out = np.empty((len(MAPS), *angles.shape))
+        length = self.step * len(self.values)
+        count = max(int(np.ceil(length * _SCAN / self.shallowest - 1e-9)) + 1, 3)
+        limits = [2 * np.log(1 / FALSE_ALARM), ambiguity, 0.02 * self.shallowest, 0.1 * self.shallowest]
+        scan = np.array([self.start, length / (count - 1), count])
+        # copies of the positions, for another kind of array would be compiled for
+        _compiled()[1].survey(
+            self.values, self.start, self.step, scan, touches.friction, touches.cone, touches.force, np.array(limits),
+            np.array(positions), np.stack([np.cos(angles), np.sin(angles)]), bounds, out,
+        )  # fmt: skip
+        return out
+
+    def worst(self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
+        """Largest standard deviations of position, force and angle, uphill from the highest points of a grid."""
+        climb = _compiled()[0].climb
+        ends = np.array([positions[[0, -1]], angles[[0, -1]]])
+        size = np.ptp(ends, axis=1) / np.maximum([positions.size - 1, angles.size - 1], 1)
+        out: FloatArray = maps[:3].max(axis=(1, 2))
+        for which in np.flatnonzero(np.isfinite(out)):
+            for p, k in _highest(maps[which]):
+                top = climb(
+                    self.values, self.start, self.step, touches.friction, touches.force, which,
+                    np.array([positions[p], angles[k]]), size, ends,
+                )  # fmt: skip
+                out[which] = max(out[which], top)
+        return out
+
+    def judged(self, asked: Asked, box: FloatArray, *, maps: bool) -> Judged:
+        """What is asked of touches over the span `box` (1, 2) [m]; with `maps` their shares are found on the grid."""
+        touches, span, shape = asked.touches, box[0], asked.grid
+        positions = np.linspace(span[0], span[1], shape[0])
+        angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
+        weight = trapezoid(positions.size)[:, None] * trapezoid(angles.size)
+        found = self.survey(touches, positions, angles, asked.ambiguity)
+        worst = dict(zip(MAPS, self.worst(touches, positions, angles, found).tolist(), strict=False))
+        named = dict(zip(MAPS, found, strict=True))
+        most = {"position": float(np.ptp(span)) / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
+        std = {name: named[name] for name in most}
+        values = summed_up(std, weight, most, worst)
+        shares = {name: named[name] for name in SHARES} if maps else {}
+        if maps:
+            values |= {name: float((share * weight).sum()) for name, share in shares.items()}
+        else:
+            at = span[0] + np.ptp(span) * asked.shares
+            drawn = self.survey(touches, at, touches.cone * asked.lean, asked.ambiguity, bounds=False)
+            values |= {name: float(share.mean()) for name, share in zip(SHARES, drawn[-3:], strict=True)}
+        values["log_det"] = float((named["log_det"] * weight).sum())
+        load = touches.force * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return Judged(positions, load, weight, std, shares, values)
+
+
+def _highest(heights: FloatArray) -> npt.NDArray[np.intp]:
+    """Indices of the highest few points that no neighbour exceeds, shape (m, 2)."""
+    from scipy.ndimage import maximum_filter
+
+    at = np.argwhere(heights >= maximum_filter(heights, size=3))
+    return at[np.argsort(-heights[tuple(at.T)], kind="stable")[:_PEAKS]]
+
+
+class OneSensor:
+    """The receptive field of one sensor, from which that of every row at its depth follows by shifting it.
+
+    On a skin with ridges each row is tabulated by itself. `reach` is the largest distance of a load from a sensor that
+    will be asked for [m].
+    """
+
+    def __init__(self, skin: Skin, kind: Channel, depth: float, reach: float) -> None:
+        self._row: Callable[[FloatArray], Finger] | None = None
+        self._depth = depth
+        transducer, noise, width = kind
+        if skin.ridges is not None:
+            self._row = lambda y: Finger(skin, SensorArray(y, depth, transducer, noise=noise, width=width))
+            return
+
+        def stretch(low: float, high: float, step: float, tolerance: float) -> Response:
+            return Response.from_function(
+                lambda positions: _of_one(skin, transducer, depth, positions), low, high, step=step, tolerance=tolerance
+            )
+
+        piece, key = _PIECE * depth, ("row", skin, transducer, depth)
+        field = tabulated((*key, 0), lambda: stretch(-piece, piece, depth / _CELLS, _EXACT))
+        parts = [field.coefficients]
+        for k in range(1, int(np.ceil((reach + width) / piece - 1e-9))):
+            # farther off the field is smoother: cells of the middle do
+            for side in (-1, 1):
+                low, high = sorted((side * k * piece, side * (k + 1) * piece))
+                more = tabulated((*key, side * k), partial(stretch, low, high, field.step, np.inf))
+                parts.insert(0 if side < 0 else len(parts), more.coefficients)
+        whole = Response(-piece * (len(parts) + 1) / 2, field.step, np.concatenate(parts))
+        if width:
+            whole = whole.averaged(width)
+        self._step, self._start = whole.step, whole.start
+        self._values = np.ascontiguousarray(whole.coefficients[:, :, 0, :] / noise)
+
+    def moved(self, points: FloatArray, _: npt.NDArray[np.intp], box: FloatArray) -> RowField:
+        """The table of sensors at `points` (n, 1) [m], with loads looked for in the `box` (1, 2) [m]."""
+        positions, (low, high) = np.array(points[:, 0]), box[0].tolist()
+        if self._row is not None:
+            return RowField.of(self._row(positions), (low, high))
+        cells = max(int(np.ceil((high - low) * _CELLS / self._depth - 1e-9)), 1)
+        step = (high - low) / cells
+        values = np.empty((cells, 5, 2, positions.size))
+        _compiled()[0].row_table(self._values, self._start, self._step, positions, low, step, values)
+        return RowField(values, low, step, self._depth)
+
+
+def _of_one(skin: Skin, transducer: Transducer, depth: float, positions: FloatArray) -> FloatArray:
+    """The field of a sensor at y = 0 under loads at positions (cells, m), those of each cell alike: (cells, m, 1, 2).
+
+    It is that of as many sensors under m loads: what a skin sums over waves is then a product of matrices.
+    """
+    finger = Finger(skin, SensorArray(-positions[:, 0], depth, transducer))
+    field = finger.receptive_field(positions[0] - positions[0, 0], "line")
+    return np.swapaxes(field, 0, 1)[:, :, None]
+
 
 _LEANS, _LEAN_WEIGHTS = (0.0, 0.5, 1.0), (0.25, 0.5, 0.25)
 """Angles at which bounds are found, in shares of the largest, and the weights of the trapezoidal rule."""
-_BLIND = 1e-10
-"""Share of the information of the best seen combination of unknowns below which another is not seen at all."""
 _WIDER = 0.02
 """Share by which the half width is changed for the slope of the readings in it."""
 _NODES = 0.4
@@ -51,9 +214,7 @@ class AreaField(Frozen):
     @classmethod
     def of(cls, finger: Finger, touches: Touches, box: FloatArray, reach: float) -> AreaField:
         """That of a finger whose sensors are live, out to the distance `reach` [m] from them."""
-        noise = np.asarray(finger.array.noise)
-        if not (noise > 0).all():
-            raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
+        noise = noise_of(finger.array)
         wider, tables = _tables_of(finger, tabulate_radial(finger, reach), touches)
         whitened = tuple(replace(table, gain=table.gain / noise) for table in tables)
         return cls(whitened, wider, *_compiled_tables(whitened[len(whitened) // 2]), box)
@@ -155,60 +316,6 @@ class AreaField(Frozen):
             touches.friction, np.array(self.box.reshape(-1)), limits, out,
         )  # fmt: skip
         return out
-
-
-class Told(NamedTuple):
-    """Bounds at touches of shape (...): covariance of (y, z, (a), N, Ty, Tz), infinite where one is open; rank."""
-
-    covariance: FloatArray
-    rank: npt.NDArray[np.intp]
-    log_det: FloatArray
-
-    @classmethod
-    def of(cls, information: FloatArray, units: FloatArray, known: int) -> Told:
-        """From Fisher's information (..., u, u); units (u,) are those beside which errors are small.
-
-        The last `known` unknowns are known to be 0: the drag where there is no friction.
-        """
-        u = information.shape[-1] - known
-        scale = units[:u]
-        whole = information[..., :u, :u] * (scale[:, None] * scale)
-        covariance = np.full(information.shape, 0.0)
-        with np.errstate(all="ignore"):
-            sizes = np.trace(whole, axis1=-2, axis2=-1)
-            lifted = whole + 1e-15 * sizes[..., None, None] * np.eye(u)
-            inverse = np.linalg.inv(lifted)
-            blind = ~(np.trace(inverse, axis1=-2, axis2=-1) * sizes * _BLIND < 1.0) | ~(sizes > 0)
-        rank = np.full(blind.shape, u)
-        if blind.any():
-            values = np.linalg.eigvalsh(whole[blind])
-            rank[blind] = (values > _BLIND * values[:, -1:]).sum(axis=-1)
-        covariance[..., :u, :u] = np.where(blind[..., None, None], np.inf, inverse * (scale[:, None] * scale))
-        sign, log_det = np.linalg.slogdet(lifted)
-        return cls(covariance, rank, np.where(sign > 0, log_det, -np.inf) - 4 * np.log(scale[0]))
-
-    def stds(self, load: FloatArray) -> dict[str, FloatArray]:
-        """Standard deviations by `AREA_STDS`, of touches under loads (..., 3).
-
-        Of the position in the direction in which it is worst, of the angle of the load to that side to which it is
-        worst [rad], of the force relative to it, of the half width [m] (0 where it is known).
-        """
-        c = self.covariance
-        bad = ~np.isfinite(c[..., 0, 0])
-        at, forces = np.where(bad[..., None, None], 0.0, c), np.broadcast_to(load, (*c.shape[:-2], 3))
-        size = np.linalg.norm(forces, axis=-1)
-        along = forces / size[..., None]
-        turn = np.eye(3) - along[..., :, None] * along[..., None, :]
-        f = at[..., -3:, -3:]
-        across = turn @ f @ turn
-        out = {
-            "position": widest(at[..., :2, :2]),
-            "angle": np.sqrt(np.maximum(np.linalg.eigvalsh(across)[..., -1], 0.0)) / size,
-            "force": np.sqrt(np.maximum(np.einsum("...i,...ij,...j->...", along, f, along), 0.0)) / size,
-            "radius": np.sqrt(np.maximum(at[..., 2, 2], 0.0)) if c.shape[-1] == 6 else np.zeros(bad.shape),
-        }
-        known = "radius" if c.shape[-1] == 5 else ""
-        return {name: value if name == known else np.where(bad, np.inf, value) for name, value in out.items()}
 
 
 def _tables_of(finger: Finger, point: RadialResponse, touches: Touches) -> tuple[float, tuple[RadialResponse, ...]]:
