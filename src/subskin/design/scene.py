@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Fix, Noun, Whole
 from ..contact import Contact, LocalContact
 from ..errors import GeometryError
 from ..finger import Finger, finger_needed
@@ -34,7 +35,7 @@ class Drawn(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Scene:
+class Scene(Noun):
     """A finger, the touches that it is made for, and the draws of `count` of them.
 
     Parameters
@@ -56,14 +57,8 @@ class Scene:
 
     finger: Finger
     touches: Touches
-    count: int
-    rng: np.random.Generator
-
-    def __post_init__(self) -> None:
-        finger_needed(self.finger)
-        _check.noun("touches", self.touches, Touches, "Touches(force=20.0)")
-        _check.whole("count", self.count, at_least=1, at_most=_MOST, fix="count=1000")
-        _check.noun("rng", self.rng, np.random.Generator, "rng=np.random.default_rng(0)")
+    count: Annotated[int, Whole(1, _MOST, "count=1000")]
+    rng: Annotated[np.random.Generator, Fix("rng=np.random.default_rng(0)")]
 
     def _shaped(self, name: str, value: npt.ArrayLike, tail: tuple[int, ...]) -> FloatArray:
         """Numbers of the shape (m, *tail)."""
@@ -75,7 +70,7 @@ class Scene:
     @property
     def dim(self) -> int:
         """Coordinates of a position: 1 of line loads, 2 on an area."""
-        return 1 if self.touches.area is None else 2
+        return self.touches.dim
 
     @property
     def depth(self) -> float:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Friction, Length, Noun, Real
 from ..contact import Contact, LineLoad, LocalContact, PointLoad, RoundHertz
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
@@ -22,7 +23,7 @@ _GOLDEN = np.pi * (3 - np.sqrt(5))
 
 
 @dataclass(frozen=True)
-class Touches:
+class Touches(Noun):
     """Loads of one strength, spread evenly over positions and over the angles of the friction cone.
 
     With an `area` they are local, anywhere on it; else they are line loads across a row of sensors. State the weakest
@@ -58,34 +59,28 @@ class Touches:
     ([-3.0, -1.0, 1.0, 3.0], [-0.3091, 0.0, 0.3091])
     """
 
-    force: float
-    friction: float = 1.0
-    span: tuple[float, float] | None = None
-    length: float | None = None
+    force: Annotated[float, Real("N/m", above=0.0)]
+    friction: Friction = 1.0
+    span: Annotated[tuple[float, float] | None, Real("m", fix="span=(-5e-3, 5e-3)")] = None
+    length: Length | None = None
     area: tuple[tuple[float, float], tuple[float, float]] | None = None
-    half_width: float | None = None
+    half_width: Length | None = None
+
+    EXAMPLE: ClassVar = "design.Touches(force=20.0)"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "force", _check.scalar("force", self.force, unit="N/m", above=0.0))
-        friction = _check.friction(self.friction)
-        if not np.isfinite(friction):
+        super().__post_init__()
+        if not np.isfinite(self.friction):
             raise InvalidValueError("friction = inf", "touches are spread over a cone", "friction=1.0")
-        object.__setattr__(self, "friction", friction)
-        span = _check.ends("span", self.span, "span=(-5e-3, 5e-3)")
-        if span is not None and not (np.isfinite(span).all() and span[0] < span[1]):
+        if self.span is not None and not self.span[0] < self.span[1]:
             raise GeometryError(f"span = {self.span!r} m", "has to ascend", "span=(-5e-3, 5e-3)")
-        object.__setattr__(self, "span", span)
-        if self.length is not None:
-            object.__setattr__(self, "length", _check.scalar("length", self.length, unit="m", above=0.0))
-        if self.area is not None:
-            self._check_area()
-        elif self.half_width is not None:
-            fix = "area=((-5e-3, 5e-3), (-5e-3, 5e-3))"
-            raise InvalidValueError(f"half_width = {self.half_width!r}", "touches that have one are on an area", fix)
-
-    def _check_area(self) -> None:
         fix = "area=((-5e-3, 5e-3), (-5e-3, 5e-3))"
-        box = _check.real("area", () if self.area is None else self.area, unit="m")
+        if self.area is None:
+            if self.half_width is not None:
+                seen = f"half_width = {self.half_width!r}"
+                raise InvalidValueError(seen, "touches that have one are on an area", fix)
+            return
+        box = _check.real("area", self.area, unit="m")
         if box.shape != (2, 2) or not (box[:, 0] < box[:, 1]).all():
             raise GeometryError(f"area = {self.area!r}", "the ends of y and those of z are needed, ascending", fix)
         if self.span is not None or self.length is not None:
@@ -93,9 +88,6 @@ class Touches:
             raise InvalidValueError(f"an area, and a {wrong}", f"a {wrong} is of line loads", f"leave out the {wrong}")
         (a, b), (c, d) = box.tolist()
         object.__setattr__(self, "area", ((a, b), (c, d)))
-        if self.half_width is not None:
-            wide = _check.scalar("half_width", self.half_width, unit="m", above=0.0)
-            object.__setattr__(self, "half_width", wide)
 
     @property
     def dim(self) -> int:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Fix, Noun, Whole
 from ...errors import GeometryError, InvalidValueError
 from ...lattice import even_grid
 from ...transducer import Transducer
@@ -44,7 +45,7 @@ class Channel(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Arrangement:
+class Arrangement(Noun):
     """Positions of sensors in units of their pitch, about their middle.
 
     Parameters
@@ -69,20 +70,13 @@ class Arrangement:
     """
 
     pattern: Pattern
-    rows: tuple[int, ...]
+    rows: Annotated[tuple[Annotated[int, Whole(0, 10**9)], ...], Fix("rows=(4, 4, 4)")]
     at: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        _check.choice("pattern", self.pattern, get_args(Pattern))
-        rows = _check.real("rows", self.rows, at_least=0)
-        if rows.ndim != 1 or not rows.size or (rows != np.round(rows)).any():
-            seen = f"rows = {_check.shown(self.rows)}"
-            raise InvalidValueError(seen, "a whole number of sensors in each row is needed", "rows=(4, 4, 4)")
-        object.__setattr__(self, "rows", tuple(int(n) for n in rows))
-        at = _check.real("at", self.at)
-        if at.size and at.shape[1:] != (2,):
-            raise GeometryError(f"at of shape {at.shape}", "positions (y, z) are needed", "at=((0.0, 0.0), (1.0, 0.5))")
-        object.__setattr__(self, "at", tuple((float(y), float(z)) for y, z in at))
+        super().__post_init__()
+        if not self.rows:
+            raise InvalidValueError("rows = ()", "a whole number of sensors in each row is needed", "rows=(4, 4, 4)")
         steps = set(np.abs(np.diff(self.rows)).tolist())
         if self.pattern == "hexagonal" and steps - {1}:
             rule = "each row has one sensor more, or one less, than the next"

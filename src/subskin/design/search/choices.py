@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ... import _check
+from ..._declared import Extent, Fix, Length, Noun, Positive, Real, Whole
 from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
 from ...transducer import Transducer
-from .._common import whole
 from ..placement import PATTERNS
 
 __all__ = ["Effort", "Mix", "Room", "SensorKind", "SkinChoice"]
 
 
 @dataclass(frozen=True)
-class SensorKind:
+class SensorKind(Noun):
     """A kind of sensor that is at hand; `rank_fingers` has an example.
 
     Parameters
@@ -42,20 +43,15 @@ class SensorKind:
     """
 
     name: str
-    transducer: Transducer
-    noise: float
-    width: float = 0.0
-    largest: float = np.inf
-    resolution: float = 0.0
+    transducer: Annotated[Transducer, Fix("transducer=MeanPressure()")]
+    noise: Positive
+    width: Extent = 0.0
+    largest: Annotated[float, Real(above=0.0, finite=False, fix="leave out largest")] = np.inf
+    resolution: Annotated[float, Real(at_least=0.0)] = 0.0
 
     def __post_init__(self) -> None:
-        _check.noun("transducer", self.transducer, Transducer, "transducer=MeanPressure()")
+        super().__post_init__()
         self.transducer.linearise(np.zeros(0))  # refuses what cannot be made linear
-        object.__setattr__(self, "noise", _check.scalar("noise", self.noise, above=0.0))
-        for name in ("width", "resolution"):
-            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), at_least=0.0))
-        largest = _check.scalar("largest", self.largest, above=0.0, finite=False, fix="leave out largest")
-        object.__setattr__(self, "largest", largest)
 
     @property
     def error(self) -> float:
@@ -74,7 +70,7 @@ class SensorKind:
 
 
 @dataclass(frozen=True)
-class Mix:
+class Mix(Noun):
     """Several kinds of sensor in one array on an area, such as strain beside shear; docs/designing.md has an example.
 
     Parameters
@@ -97,15 +93,14 @@ class Mix:
     together: bool = True
 
     def __post_init__(self) -> None:
-        kinds = tuple(self.kinds)
-        object.__setattr__(self, "kinds", kinds)
-        if len(kinds) < 2 or not all(isinstance(kind, SensorKind) for kind in kinds):
+        super().__post_init__()
+        if len(self.kinds) < 2:
             rule = "two kinds of sensor or more are needed"
-            raise InvalidValueError(f"{len(kinds)} kinds in a mix", rule, 'kinds = ["gauge", "shear"]')
+            raise InvalidValueError(f"{len(self.kinds)} kinds in a mix", rule, 'kinds = ["gauge", "shear"]')
 
 
 @dataclass(frozen=True)
-class SkinChoice:
+class SkinChoice(Noun):
     """A `skin` that could be moulded, and the `name` of it in the report; `rank_fingers` has an example."""
 
     name: str
@@ -119,7 +114,7 @@ _DEEPEST = 1000
 
 
 @dataclass(frozen=True)
-class Room:
+class Room(Noun):
     """Where sensors can be put; `rank_fingers` has an example.
 
     Parameters
@@ -145,11 +140,13 @@ class Room:
     """
 
     count: tuple[int, int]
-    depth: tuple[float, float]
-    least_pitch: float
-    longest_row: float = np.inf
-    area: tuple[float, float] | None = None
-    layouts: tuple[str, ...] = ("grid", "hexagonal")
+    depth: Annotated[tuple[float, float], Real("m", fix="depth=(1e-3, 4e-3)")]
+    least_pitch: Length
+    longest_row: Annotated[float, Real("m", above=0.0, finite=False)] = np.inf
+    area: Annotated[tuple[float, float] | None, Real("m", above=0.0, fix="area=(12e-3, 12e-3)")] = None
+    layouts: Annotated[tuple[str, ...], Fix('layouts=["grid"]')] = ("grid", "hexagonal")
+
+    EXAMPLE: ClassVar = "Room(count=(4, 8), depth=(1e-3, 4e-3), least_pitch=1e-3)"
 
     def __post_init__(self) -> None:
         low, high = _check.pair("count", self.count, "count=(3, 12)")
@@ -157,35 +154,26 @@ class Room:
             rule = f"two whole numbers are needed, 3 <= fewest <= most <= {_MOST}"
             raise InvalidValueError(f"count = {list(self.count)!r}", rule, "3 and 12")
         object.__setattr__(self, "count", (int(low), int(high)))
-        shallow, deep = _check.pair("depth", self.depth, "depth=(1e-3, 4e-3)", "m")
-        object.__setattr__(self, "depth", (shallow, deep))
+        super().__post_init__()
+        shallow, deep = self.depth
         if not 0 < shallow <= deep <= _DEEPEST * shallow:
             rule = f"0 < shallowest <= deepest <= {_DEEPEST} times the shallowest is needed"
             raise GeometryError(f"depth = {list(self.depth)!r} m", rule, "depth=(1e-3, 4e-3)")
-        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, unit="m", above=0.0))
-        longest = _check.scalar("longest_row", self.longest_row, unit="m", above=0.0, finite=False)
-        object.__setattr__(self, "longest_row", longest)
-        if not (longest >= (low - 1) * self.least_pitch * (1 - 1e-9)):
+        if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
             raise GeometryError(
                 f"longest_row = {self.longest_row:.6g} m",
                 f"{low:.0f} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
                 "fewer sensors, a smaller pitch, or a longer row",
             )
-        object.__setattr__(self, "layouts", _check.several("layouts", self.layouts, str, 'layouts=["grid"]'))
         unknown = [name for name in self.layouts if name not in (*PATTERNS, "free")]
         if unknown or not set(self.layouts) & set(PATTERNS):
             seen = f'layout "{unknown[0]}"' if unknown else f"layouts = {list(self.layouts)}"
             rule = f'some of {", ".join(PATTERNS)} are needed, and perhaps "free"'
             raise InvalidValueError(seen, rule, 'layouts = ["grid", "hexagonal"]')
-        if self.area is not None:
-            sides = _check.real("area", self.area, unit="m", above=0.0)
-            if sides.shape != (2,):
-                raise GeometryError(f"area of shape {sides.shape}", "two sides are needed", "area=(12e-3, 12e-3)")
-            object.__setattr__(self, "area", tuple(sides.tolist()))
 
 
 @dataclass(frozen=True)
-class Effort:
+class Effort(Noun):
     """How finely designs are searched; `rank_fingers` has an example.
 
     Parameters
@@ -205,18 +193,8 @@ class Effort:
         What is no whole number, or too small.
     """
 
-    depths: int = 20
-    pitches: int = 30
-    touches: int | None = None
-    seed: int = 0
-    keep: int = 5
-
-    def __post_init__(self) -> None:
-        limits = {
-            "touches": (100, 10**8),
-            "seed": (0, 2**63),
-            **dict.fromkeys(("depths", "pitches", "keep"), (1, 1000)),
-        }
-        for name, (least, most) in limits.items():
-            if name != "touches" or self.touches is not None:
-                object.__setattr__(self, name, whole(name, getattr(self, name), least, most))
+    depths: Annotated[int, Whole(1, 1000)] = 20
+    pitches: Annotated[int, Whole(1, 1000)] = 30
+    touches: Annotated[int, Whole(100, 10**8)] | None = None
+    seed: Annotated[int, Whole(0, 2**63)] = 0
+    keep: Annotated[int, Whole(1, 1000)] = 5

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._declared import Fix, Noun, Positive, Real
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -30,7 +30,7 @@ _OUTSIDE = 0.2
 
 
 @dataclass(frozen=True)
-class Accuracy:
+class Accuracy(Noun):
     """The errors that 95 % of the weakest touches should keep, in one frame; None where an error does not matter.
 
     `rank_fingers` has an example.
@@ -61,29 +61,24 @@ class Accuracy:
         A value out of range; neither position, angle nor force.
     """
 
-    position: float | None = None
-    angle: float | None = None
-    force: float | None = None
-    radius: float | None = None
-    edge: float | None = None
-    edge_length: float | None = None
-    unsure: float = 0.01
-    feature: float | None = None
-    blind_spots: float | None = None
+    position: Positive | None = None
+    angle: Positive | None = None
+    force: Positive | None = None
+    radius: Positive | None = None
+    edge: Positive | None = None
+    edge_length: Positive | None = None
+    unsure: Annotated[float, Real(above=0.0, at_most=1.0)] = 0.01
+    feature: Positive | None = None
+    blind_spots: Annotated[float | None, Real(above=0.0, at_most=1.0)] = None
     calibrated: Literal["known", "blind", "none"] = "known"
 
+    EXAMPLE: ClassVar = "Accuracy(position=0.2e-3)"
+
     def __post_init__(self) -> None:
+        super().__post_init__()
         if (self.edge is None) != (self.edge_length is None):
             rule = "the direction of an edge, and the edge's length, go together"
             raise InvalidValueError(f"edge = {self.edge!r}", rule, "edge=0.1, edge_length=6e-3")
-        for name in ("position", "angle", "force", "radius", "edge", "edge_length", "feature"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, _check.scalar(name, getattr(self, name), above=0.0))
-        for name in ("unsure", "blind_spots"):
-            if getattr(self, name) is not None or name == "unsure":
-                share = _check.scalar(name, getattr(self, name), above=0.0, at_most=1.0)
-                object.__setattr__(self, name, share)
-        _check.choice("calibrated", self.calibrated, ("known", "blind", "none"))
         if self.position is None and self.angle is None and self.force is None:
             raise InvalidValueError(
                 "no accuracy is wanted", "one of position, angle and force is needed", "state the position"
@@ -141,7 +136,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Goals(Frozen):
+class Goals(Noun):
     """All that a search needs to know; `rank_fingers` has an example.
 
     Parameters
@@ -172,24 +167,20 @@ class Goals(Frozen):
         weakest, nothing to choose from.
     """
 
-    touches: Touches
+    touches: Annotated[Touches, Fix("Touches(force=20.0, span=(-5e-3, 5e-3))")]
     strongest: float
     accuracy: Accuracy
     sensors: tuple[SensorKind, ...]
     skins: tuple[SkinChoice, ...]
     room: Room
-    largest_strain: float = 0.1
-    tolerances: Mapping[str, float] | None = None
+    largest_strain: Annotated[float, Real(above=0.0, at_most=1.0)] = 0.1
+    tolerances: Annotated[Mapping[str, float] | None, Fix('tolerances={"depth": 0.05e-3}')] = None
     effort: Effort = field(default_factory=Effort)
     title: str = "Finger"
     mixes: tuple[Mix, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mixes", _check.several("mixes", self.mixes, Mix, "mixes=()"))
-        _check.noun("touches", self.touches, Touches, "Touches(force=20.0, span=(-5e-3, 5e-3))")
-        _check.noun("accuracy", self.accuracy, Accuracy, "Accuracy(position=0.2e-3)")
-        _check.noun("room", self.room, Room, "Room(count=(4, 8), depth=(1e-3, 4e-3), least_pitch=1e-3)")
-        _check.scalar("strongest", self.strongest, unit=self.touches.unit)
+        super().__post_init__()
         if not self.touches.force <= self.strongest < np.inf:
             raise InvalidValueError(
                 f"strongest = {self.strongest!r} {self.touches.unit}",
@@ -197,15 +188,9 @@ class Goals(Frozen):
                 "swap the two forces",
             )
         self._check_area() if self.on_area else self._check_span()
-        if self.tolerances is not None:
-            _check.noun("tolerances", self.tolerances, Mapping, 'tolerances={"depth": 0.05e-3}')
         for name, amount in (self.tolerances or {}).items():
             _check.scalar(name, amount, at_least=0.0)
-        strain = _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
-        object.__setattr__(self, "largest_strain", strain)
-        for name, kind in (("sensors", SensorKind), ("skins", SkinChoice)):
-            choices = _check.several(name, getattr(self, name), kind, f"{name}=({kind.__name__}(...),)")
-            object.__setattr__(self, name, choices)
+        for name, choices in (("sensors", self.sensors), ("skins", self.skins)):
             if not choices:
                 raise InvalidValueError(f"{name} = ()", "one at least is needed", f"{name}=[...]")
             called = [choice.name for choice in (choices if name == "skins" else self.choices)]
