@@ -240,12 +240,12 @@ class AreaField(Frozen):
 
     def jacobian(self, position: FloatArray, load: FloatArray) -> FloatArray:
         """How readings change with y, z, (the half width) and N, Ty, Tz of loads (..., 3) at (..., 2), (..., n, u)."""
-        unit = self.response(position)
-        parts = [np.einsum("...ncd,...c->...nd", self.response.slopes(position), load)]
+        unit, slopes = self.response(position), self.response.slopes(position)
         if self.wider:
             by_width = (self.tables[2](position) - self.tables[0](position)) / (2 * self.wider)
-            parts.append(np.einsum("...nc,...c->...n", by_width, load)[..., None])
-        return np.concatenate([*parts, np.broadcast_to(unit, (*parts[0].shape[:-1], 3))], axis=-1)
+            slopes = np.concatenate([slopes, by_width[..., None]], axis=-1)
+        moved = np.asarray(sum(slopes[..., c, :] * load[..., None, c, None] for c in range(3)))
+        return np.concatenate([moved, np.broadcast_to(unit, (*moved.shape[:-1], 3))], axis=-1)
 
     def told(self, position: FloatArray, load: FloatArray, touches: Touches) -> Told:
         """Bounds of loads (..., 3) at positions (..., 2) that broadcast."""
