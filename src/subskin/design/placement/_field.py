@@ -22,7 +22,7 @@ from ...skin import Skin
 from ...transducer import Transducer
 from .._common import noise_of
 from ..touches import Touches
-from .asked import AREA_MEASURES, FALSE_ALARM, SHARES, Asked, Judged, Told, summed_up, trapezoid
+from .asked import AREA_MEASURES, FALSE_ALARM, SHARES, AskedTouches, Judged, Told, summed_up, trapezoid
 from .layout import Channel
 
 MAPS = ("position", "force", "angle", "log_det", *SHARES)
@@ -100,7 +100,7 @@ class RowField(Frozen):
                 out[which] = max(out[which], top)
         return out
 
-    def judged(self, asked: Asked, box: FloatArray, *, maps: bool) -> Judged:
+    def judged(self, asked: AskedTouches, box: FloatArray, *, maps: bool) -> Judged:
         """What is asked of touches over the span `box` (1, 2) [m]; with `maps` their shares are found on the grid."""
         touches, span, shape = asked.touches, box[0], asked.grid
         positions = np.linspace(span[0], span[1], shape[0])
@@ -255,7 +255,7 @@ class AreaField(Frozen):
         units = np.array([*[depth] * (jacobian.shape[-1] - 3), *[touches.force] * 3])
         return Told.of(np.swapaxes(jacobian, -1, -2) @ jacobian, units, 0 if touches.friction > 0 else 2)
 
-    def judged(self, asked: Asked, box: FloatArray, *, maps: bool) -> Judged:
+    def judged(self, asked: AskedTouches, box: FloatArray, *, maps: bool) -> Judged:
         """What is asked of touches over the area `box` (2, 2) [m]; `maps` are found beside the shares."""
         touches, p = asked.touches, asked.grid[0]
         position, (load, leaning) = _grid_of(box, p), _loads_of(touches, asked.grid[1])

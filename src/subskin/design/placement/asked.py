@@ -53,7 +53,7 @@ class Judged(NamedTuple):
     rank: npt.NDArray[np.intp] | None = None
 
 
-class Asked(NamedTuple):
+class AskedTouches(NamedTuple):
     """Touches, the grid on which bounds are found, the `ambiguity` of `locate`, and touches drawn at random.
 
     Those are at `shares` of the span (p,), or of the sides of the area (s, 2), and lean by shares of the cone, (p, k)
@@ -77,7 +77,7 @@ class Asked(NamedTuple):
         ambiguity: float,
         *,
         draws: bool = True,
-    ) -> Asked:
+    ) -> AskedTouches:
         """From what a study is given, where None is what is usual; nothing is drawn at random unless it `draws`."""
         _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
         row = touches.area is None

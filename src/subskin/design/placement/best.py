@@ -17,7 +17,7 @@ from ...transducer import Transducer
 from .._common import noise_of, stretch, whole
 from ..touches import Touches
 from ._field import OneSensor
-from .asked import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, Asked, check_count, searched
+from .asked import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, AskedTouches, check_count, searched
 from .layout import Channel
 from .quality import PlacementQuality, placement_quality
 from .study import PlacementStudy
@@ -270,7 +270,7 @@ def best_positions(
     share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
     amount = whole("tries", tries)
     symmetric = _check.flag("symmetric", symmetric)
-    asked, box = Asked.of(own, grid, None, 0, ambiguity, draws=False), np.array([span])
+    asked, box = AskedTouches.of(own, grid, None, 0, ambiguity, draws=False), np.array([span])
     before = placement_quality(finger, own, margin=margin, ambiguity=ambiguity)
     if not np.isfinite(before[measure]):
         raise InvalidValueError(

@@ -12,7 +12,17 @@ from ...finger import Finger, finger_needed
 from .._common import Found
 from ..touches import Touches
 from ._field import AreaField, RowField
-from .asked import AMBIGUITY, AREA_SAMPLES, MARGIN, Asked, check_count, check_where, checked_margin, reach_of, searched
+from .asked import (
+    AMBIGUITY,
+    AREA_SAMPLES,
+    MARGIN,
+    AskedTouches,
+    check_count,
+    check_where,
+    checked_margin,
+    reach_of,
+    searched,
+)
 
 __all__ = ["PlacementQuality", "placement_quality"]
 
@@ -147,7 +157,7 @@ def placement_quality(
     array, row = finger.array.select(finger.array.live), touches.dim == 1
     check_count(len(array), touches)
     fine = _FINE if row else _FINE_AREA
-    asked = Asked.of(touches, fine if grid is None else grid, samples, rng, ambiguity, draws=not row)
+    asked = AskedTouches.of(touches, fine if grid is None else grid, samples, rng, ambiguity, draws=not row)
     box = np.array([touches.span_on(finger)]) if row else np.asarray(touches.area)
     points = array.points[:, : touches.dim]
     search = searched(points, float(np.asarray(array.depth).max()), finger.skin, touches, checked_margin(margin))

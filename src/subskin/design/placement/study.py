@@ -29,7 +29,7 @@ from .asked import (
     MARGIN,
     PLACEMENT_MEASURES,
     SAMPLES,
-    Asked,
+    AskedTouches,
     check_count,
     check_where,
     checked_margin,
@@ -142,7 +142,7 @@ def study_at_depth(
     kinds = checked_channels(channels, touches)
     arrangements = checked_layouts(layouts, touches)
     _check.flag("together", together)
-    asked = Asked.of(touches, grid, samples, rng, ambiguity)
+    asked = AskedTouches.of(touches, grid, samples, rng, ambiguity)
     wide, row = max(kind.width for kind in kinds), touches.area is None
     designs = []
     for i, j in np.ndindex(steps.size, len(arrangements)):
