@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._declared import Real
 from .directions import at_the_surface, mean_over_directions
 from .functions import hertz_spectrum
 from .kernels import point_core, point_family
-from .patch import widths_of
+from .patch import HALF_WIDTHS
 from .shaped import ShapedContact
 
 __all__ = ["EllipticHertz"]
@@ -51,31 +51,8 @@ class EllipticHertz(ShapedContact, name="elliptic_hertz"):
 
     RANKS: ClassVar[dict[str, int]] = {"components": 1, "position": 1, "half_widths": 1}
 
-    half_widths: FloatArray = None  # type: ignore[assignment]
-    turn: FloatArray = None  # type: ignore[assignment]
-
-    def __init__(
-        self,
-        force: npt.ArrayLike | None = None,
-        angle: npt.ArrayLike | None = None,
-        azimuth: npt.ArrayLike | None = None,
-        position: npt.ArrayLike = (0.0, 0.0),
-        half_widths: npt.ArrayLike | None = None,
-        turn: npt.ArrayLike = 0.0,
-        *,
-        components: npt.ArrayLike | None = None,
-        moment: npt.ArrayLike = 0.0,
-    ) -> None:
-        super().__init__(
-            force,
-            angle,
-            azimuth,
-            position,
-            components=components,
-            moment=moment,
-            half_widths=widths_of(half_widths),
-            turn=_check.real("turn", turn, unit="rad"),
-        )
+    half_widths: Annotated[FloatArray, HALF_WIDTHS] = (np.nan, np.nan)  # type: ignore[assignment]
+    turn: Annotated[FloatArray, Real("rad")] = 0.0  # type: ignore[assignment]
 
     def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         along, size = np.exp(1j * self.turn), self.half_widths.max(axis=-1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import Field, dataclass
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
+from ._arguments import Told
 from .base import Contact
 from .directions import at_the_surface, mean_over_directions
 from .local import RadialTerm
@@ -67,17 +68,9 @@ class FromProjections(ShapedContact):
 
     profile: Contact | Profiles = None  # type: ignore[assignment]
 
-    def __init__(
-        self,
-        profile: Contact | Profiles,
-        force: npt.ArrayLike | None = None,
-        angle: npt.ArrayLike | None = None,
-        azimuth: npt.ArrayLike | None = None,
-        position: npt.ArrayLike = (0.0, 0.0),
-        *,
-        components: npt.ArrayLike | None = None,
-        moment: npt.ArrayLike = 0.0,
-    ) -> None:
+    __signature__ = Told("profile")
+
+    def __init__(self, profile: Contact | Profiles, *load: npt.ArrayLike, **more: npt.ArrayLike) -> None:
         fix = "a long contact such as Hertz(force=1.0, half_width=1e-3), or a function of the direction"
         if not isinstance(profile, Contact) and not callable(profile):
             raise InvalidValueError(f"profile = {_check.shown(profile)}", "a long contact or a function is needed", fix)
@@ -93,7 +86,11 @@ class FromProjections(ShapedContact):
                 raise InvalidValueError(seen, "the same in all directions, it has to be", "a function of the direction")
         if not (np.asarray(self._at(np.zeros(())).normal_force) > 0).all():
             raise InvalidValueError("a profile without a pressing force", "a normal force > 0 is needed", fix)
-        super().__init__(force, angle, azimuth, position, components=components, moment=moment)
+        super().__init__(*load, **more)
+
+    @classmethod
+    def _lengths(cls) -> list[Field[Any]]:
+        return []
 
     def _parameters(self) -> dict[str, FloatArray]:
         return {name: value for name, value in super()._parameters().items() if name != "profile"}

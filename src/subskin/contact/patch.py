@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import ComplexArray, FloatArray
+from ._arguments import Row
 from .corners import Corner, rectangle_parts
 from .kernels import RealForm, point_core, point_family, point_parts
 from .profile import spherical_j1
-from .shaped import ShapedContact, row_of
+from .shaped import ShapedContact
 
-__all__ = ["Patch"]
+__all__ = ["HALF_WIDTHS", "Patch"]
+
+HALF_WIDTHS = Row(2, "m", "(a_y, a_z)", above=0.0, fix="half_widths=(1e-3, 2e-3) in metres, along y and along z")
 
 _FAR = 8.0
 _FAR_REAL = 30.0
@@ -54,31 +56,8 @@ class Patch(ShapedContact, name="patch"):
 
     RANKS: ClassVar[dict[str, int]] = {"components": 1, "position": 1, "half_widths": 1, "slopes": 1}
 
-    half_widths: FloatArray = None  # type: ignore[assignment]
-    slopes: FloatArray = None  # type: ignore[assignment]
-
-    def __init__(
-        self,
-        force: npt.ArrayLike | None = None,
-        angle: npt.ArrayLike | None = None,
-        azimuth: npt.ArrayLike | None = None,
-        position: npt.ArrayLike = (0.0, 0.0),
-        half_widths: npt.ArrayLike | None = None,
-        slopes: npt.ArrayLike = (0.0, 0.0, 0.0),
-        *,
-        components: npt.ArrayLike | None = None,
-        moment: npt.ArrayLike = 0.0,
-    ) -> None:
-        super().__init__(
-            force,
-            angle,
-            azimuth,
-            position,
-            components=components,
-            moment=moment,
-            half_widths=widths_of(half_widths),
-            slopes=row_of("slopes", slopes, 3, "1/m", "(per y, per z, per yz)"),
-        )
+    half_widths: Annotated[FloatArray, HALF_WIDTHS] = (np.nan, np.nan)  # type: ignore[assignment]
+    slopes: Annotated[FloatArray, Row(3, "1/m", "(per y, per z, per yz)")] = (0.0, 0.0, 0.0)  # type: ignore[assignment]
 
     def _sizes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Both half widths in units of the larger one, and that."""
@@ -152,14 +131,6 @@ class Patch(ShapedContact, name="patch"):
         on_y = ((y == low[..., 0]) | (y == high[..., 0])) & (low[..., 1] <= z) & (z <= high[..., 1])
         on_z = ((z == low[..., 1]) | (z == high[..., 1])) & (low[..., 0] <= y) & (y <= high[..., 0])
         return np.asarray(on_y | on_z)
-
-
-def widths_of(half_widths: npt.ArrayLike | None) -> FloatArray:
-    """Two half widths, which are required."""
-    fix = "half_widths=(1e-3, 2e-3) in metres, along y and along z"
-    value = (np.nan, np.nan) if half_widths is None else half_widths
-    _check.real("half_widths", value, unit="m", above=0.0, fix=fix)
-    return row_of("half_widths", value, 2, "m", "(a_y, a_z)")
 
 
 def _near_family(

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
+from .._declared import Real
 from ..errors import InvalidValueError
 from .axial import AxialContact
 
 __all__ = ["RoundContact"]
+
+_WIDTH = "give half of the contact's width in metres; one of no width is a PointLoad"
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -54,23 +56,8 @@ class RoundContact(AxialContact):
 
     OUTLINE: ClassVar[Literal["rectangle", "ellipse"]] = "ellipse"
 
-    half_width: FloatArray = None  # type: ignore[assignment]
-
-    def __init__(
-        self,
-        force: npt.ArrayLike | None = None,
-        angle: npt.ArrayLike | None = None,
-        azimuth: npt.ArrayLike | None = None,
-        position: npt.ArrayLike = (0.0, 0.0),
-        half_width: npt.ArrayLike = np.nan,  # required: NaN is refused below
-        *,
-        components: npt.ArrayLike | None = None,
-        moment: npt.ArrayLike = 0.0,
-        **lengths: npt.ArrayLike,
-    ) -> None:
-        fix = "give half of the contact's width in metres; one of no width is a PointLoad"
-        a = _check.real("half_width", half_width, unit="m", above=0.0, fix=fix)
-        super().__init__(force, angle, azimuth, position, components=components, moment=moment, half_width=a, **lengths)
+    # required: NaN is refused
+    half_width: Annotated[FloatArray, Real("m", above=0.0, fix=_WIDTH)] = np.nan  # type: ignore[assignment]
 
     @abstractmethod
     def disc_pressure(self, r: FloatArray) -> FloatArray:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._declared import Real
 from ..errors import InvalidValueError
 from .functions import hertz_spectrum
 from .local import LocalSpectrum, RadialTerm
@@ -48,22 +49,10 @@ class RoundHertz(RoundContact, name="round_hertz"):
     [81850.0, 0.0]
     """
 
-    stick: FloatArray = None  # type: ignore[assignment]
+    stick: Annotated[FloatArray, Real("m", at_least=0.0)] = field(default=0.0, kw_only=True)  # type: ignore[arg-type]
 
-    def __init__(
-        self,
-        force: npt.ArrayLike | None = None,
-        angle: npt.ArrayLike | None = None,
-        azimuth: npt.ArrayLike | None = None,
-        position: npt.ArrayLike = (0.0, 0.0),
-        half_width: npt.ArrayLike = np.nan,
-        *,
-        stick: npt.ArrayLike = 0.0,
-        components: npt.ArrayLike | None = None,
-        moment: npt.ArrayLike = 0.0,
-    ) -> None:
-        c = _check.real("stick", stick, unit="m", at_least=0.0)
-        super().__init__(force, angle, azimuth, position, half_width, components=components, moment=moment, stick=c)
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if (self.stick > self.half_width).any():
             seen = f"stick = {float(self.stick.max()):.6g} m, half_width = {float(self.half_width.min()):.6g} m"
             raise InvalidValueError(seen, "the zone that sticks lies within the contact", "stick <= half_width")

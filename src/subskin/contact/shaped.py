@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Self
+from dataclasses import Field, dataclass, fields
+from inspect import signature
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
-from ..errors import GeometryError, InvalidValueError
+from .._declared import Noun, Real
+from ..errors import InvalidValueError
+from ._arguments import Row, Told, resolved
 from .kernels import RealForm
 from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
 
-__all__ = ["ShapedContact", "row_of"]
-
-_TURN = 2.0 * np.pi
+__all__ = ["ShapedContact"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class ShapedContact(LocalContact):
+class ShapedContact(LocalContact, Noun):
     """A local contact of one shape f(y, z), whose integral is 1: pressure N f, drag (Ty, Tz) f.
 
     A moment M about the inward normal adds the drag -(M/2) i (d/dy + i d/dz) f, q_y + i q_z (docs/local_contacts.md).
@@ -66,13 +67,15 @@ class ShapedContact(LocalContact):
     RANKS: ClassVar[dict[str, int]] = {"components": 1, "position": 1}
     """Axes that a parameter has for itself, behind those of the batch: 0 if it is not listed."""
 
+    __signature__ = Told()
+
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         _hooks.check_members(cls, _MEMBERS)
 
-    components: FloatArray = None  # type: ignore[assignment]
-    position: FloatArray = None  # type: ignore[assignment]
-    moment: FloatArray = None  # type: ignore[assignment]
+    components: Annotated[FloatArray, Row(3, "N", "(N, Ty, Tz)")] = None  # type: ignore[assignment]
+    position: Annotated[FloatArray, Row(2, "m", "(y, z)")] = (0.0, 0.0)  # type: ignore[assignment]
+    moment: Annotated[FloatArray, Real("N m")] = 0.0  # type: ignore[assignment]
 
     def __init__(
         self,
@@ -80,22 +83,31 @@ class ShapedContact(LocalContact):
         angle: npt.ArrayLike | None = None,
         azimuth: npt.ArrayLike | None = None,
         position: npt.ArrayLike = (0.0, 0.0),
-        *,
+        *lengths: npt.ArrayLike,
         components: npt.ArrayLike | None = None,
         moment: npt.ArrayLike = 0.0,
-        **lengths: npt.ArrayLike,
+        **more: npt.ArrayLike,
     ) -> None:
-        self.__dict__.update(
-            components=_components(force, angle, azimuth, components),
-            position=row_of("position", position, 2, "m", "(y, z)"),
-            moment=_check.real("moment", moment, unit="N m"),
-            **lengths,
-        )
+        own = self._lengths()
+        given = dict(zip((f.name for f in own if not f.kw_only), lengths, strict=False))
+        if len(given) < len(lengths) or not more.keys() <= {f.name for f in own} - given.keys():
+            signature(type(self)).bind(force, angle, azimuth, position, *lengths, **more)  # says what is wrong
+        self.__dict__.update({f.name: f.default for f in own} | given | more)
+        self.__dict__.update(components=resolved(force, angle, azimuth, components), position=position, moment=moment)
+        self.__post_init__()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
         parameters = self._parameters()
         shape = _check.broadcast(**{n: np.empty(a.shape[: a.ndim - self._rank(n)]) for n, a in parameters.items()})
         for name, value in parameters.items():
             own = value.shape[value.ndim - self._rank(name) :]
             self.__dict__[name] = np.broadcast_to(value, shape + own)
+
+    @classmethod
+    def _lengths(cls) -> list[Field[Any]]:
+        """The parameters of the shape, in the order of arguments."""
+        return [f for f in fields(cls) if f.name not in ("components", "position", "moment")]
 
     @classmethod
     def _rank(cls, name: str) -> int:
@@ -268,38 +280,3 @@ def _times(force: FloatArray, unit: FloatArray) -> FloatArray:
     """A force times a unit traction: no force makes nothing, even of an infinite one."""
     with np.errstate(invalid="ignore"):
         return _check.read_only(np.where(force == 0, 0.0, force * unit))
-
-
-def row_of(name: str, value: npt.ArrayLike, count: int, unit: str, what: str) -> FloatArray:
-    """An array whose last axis has `count` numbers."""
-    array = _check.real(name, value, unit=unit)
-    if array.shape[-1:] != (count,):
-        raise GeometryError(f"{name} of shape {array.shape}", f"(..., {count}) is needed, {what} [{unit}]")
-    return array
-
-
-def _components(
-    force: npt.ArrayLike | None,
-    angle: npt.ArrayLike | None,
-    azimuth: npt.ArrayLike | None,
-    components: npt.ArrayLike | None,
-) -> FloatArray:
-    """(N, Ty, Tz) from either form."""
-    if components is not None:
-        if any(value is not None for value in (force, angle, azimuth)):
-            raise InvalidValueError("components and force, angle or azimuth", "they say the same: one form is needed")
-        return row_of("components", components, 3, "N", "(N, Ty, Tz)")
-    if force is None:
-        fix = "force=1.5, angle=0.3, azimuth=0.8, or components=(1.4, 0.3, 0.3)"
-        raise InvalidValueError("no force", "a magnitude, or its components, is needed", fix)
-    p = _check.real("force", force, unit="N", at_least=0.0, fix="turn the angle instead")
-    fix = "angles are in radians, from the inward normal: np.deg2rad(30); the azimuth says to which side"
-    alpha = _check.real("angle", 0.0 if angle is None else angle, unit="rad", at_least=0.0, at_most=np.pi, fix=fix)
-    turns = {"at_least": -_TURN, "at_most": _TURN, "fix": "angles are in radians: np.deg2rad(90)"}
-    theta = _check.real("azimuth", 0.0 if azimuth is None else azimuth, unit="rad", **turns)  # type: ignore[arg-type]
-    out = np.empty((*_check.broadcast(force=p, angle=alpha, azimuth=theta), 3))
-    across = alpha == 0.5 * np.pi
-    out[..., 0] = p * np.where(across, 0.0, np.cos(alpha))
-    drag = p * np.where(alpha == np.pi, 0.0, np.sin(alpha))
-    out[..., 1], out[..., 2] = drag * np.cos(theta), drag * np.sin(theta)
-    return out
