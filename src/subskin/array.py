@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
-from ._frozen import Frozen
+from ._declared import Noun, Real, Ruled
 from ._presets import SENSORS, named
 from ._shown import Presets
 from .errors import GeometryError, InvalidValueError
@@ -21,20 +21,13 @@ from .transducer import MeanPressure, NormalStrain, Transducer
 
 __all__ = ["SensorArray"]
 
-_PER_SENSOR: dict[str, dict[str, Any]] = {
-    "z": {"unit": "m"},
-    "depth": {"unit": "m", "above": 0.0, "fix": "depth is measured into the skin"},
-    "gain": {},
-    "offset": {},
-    "lift": {},
-    "noise": {"at_least": 0.0},
-    "width": {"unit": "m", "at_least": 0.0},
-    "low": {"finite": False},
-    "high": {"finite": False},
-    "resolution": {"at_least": 0.0},
-}
-"""Parameters of which each sensor has its own, and their limits."""
-_METRES = {"y": {"unit": "m"}}
+_KIND = "transducer=MeanPressure()"
+
+
+def _kinds(name: str, given: Any) -> Transducer | tuple[Transducer, ...]:
+    """One transducer for all sensors, or one for each."""
+    return given if isinstance(given, Transducer) else _check.several(name, given, Transducer, _KIND)
+
 
 _AIR = 101_325.0
 """The standard atmosphere [Pa]: what a barometer reads where nothing presses."""
@@ -44,7 +37,7 @@ _WIDEST = 50.0  # depths
 
 
 @dataclass(frozen=True, eq=False)
-class SensorArray(LaidOut, Frozen):
+class SensorArray(LaidOut, Noun):
     """Sensors in the skin, in a row or on an area.
 
     A sensor reads gain * (the quantity of its transducer, averaged over its width) + lift * (the normal force) + offset
@@ -91,38 +84,33 @@ class SensorArray(LaidOut, Frozen):
     (16, 2)
     """
 
-    y: npt.ArrayLike
-    depth: npt.ArrayLike
-    transducer: Transducer | Sequence[Transducer] = field(default_factory=NormalStrain)
+    y: Annotated[npt.ArrayLike, Real("m")]
+    depth: Annotated[npt.ArrayLike, Real("m", above=0.0, fix="depth is measured into the skin")]
+    transducer: Annotated[Transducer | Sequence[Transducer], Ruled(_kinds)] = field(default_factory=NormalStrain)
     gain: npt.ArrayLike = 1.0
     offset: npt.ArrayLike = 0.0
-    noise: npt.ArrayLike = 0.0
-    width: npt.ArrayLike = 0.0
-    low: npt.ArrayLike = -np.inf
-    high: npt.ArrayLike = np.inf
-    resolution: npt.ArrayLike = 0.0
-    z: npt.ArrayLike = 0.0
+    noise: Annotated[npt.ArrayLike, Real(at_least=0.0)] = 0.0
+    width: Annotated[npt.ArrayLike, Real("m", at_least=0.0)] = 0.0
+    low: Annotated[npt.ArrayLike, Real(finite=False)] = -np.inf
+    high: Annotated[npt.ArrayLike, Real(finite=False)] = np.inf
+    resolution: Annotated[npt.ArrayLike, Real(at_least=0.0)] = 0.0
+    z: Annotated[npt.ArrayLike, Real("m")] = 0.0
     lift: npt.ArrayLike = 0.0
 
+    EXAMPLE: ClassVar = "SensorArray.line(count=4, pitch=6e-3, depth=5e-3)"
+
     def __post_init__(self) -> None:
-        given = _check.each({name: getattr(self, name) for name in ("y", *_PER_SENSOR)}, _PER_SENSOR | _METRES)
-        y = np.atleast_1d(given.pop("y"))
+        super().__post_init__()
+        own = self.__dict__
+        own["y"] = y = np.atleast_1d(own["y"])
         if y.ndim != 1 or not y.size:
             rule = "one position a sensor is needed, shape (n,)"
             raise GeometryError(f"y of shape {y.shape}", rule, "y=[-1e-3, 1e-3]")
-        object.__setattr__(self, "y", y)
-        for name, values in given.items():
+        for name, values in self._numbers().items():
             if values.shape not in ((), (1,), y.shape):
-                seen = f"{name} of shape {values.shape}"
-                raise GeometryError(
-                    seen,
-                    f"one value, or one for each of the {y.size} sensors, is needed",
-                    f"{name}=[...] with {y.size} values",
-                )
-            if values.shape != y.shape:
-                values = np.full(y.shape, values)
-                values.flags.writeable = False
-            object.__setattr__(self, name, values)
+                seen, rule = f"{name} of shape {values.shape}", f"one value, or one for each of the {y.size} sensors,"
+                raise GeometryError(seen, f"{rule} is needed", f"{name}=[...] with {y.size} values")
+            own[name] = np.broadcast_to(values, y.shape)
         wide, deep = np.asarray(self.width), np.asarray(self.depth)
         if (wide > _WIDEST * deep).any():
             worst = int(np.argmax(wide / deep))
@@ -130,26 +118,28 @@ class SensorArray(LaidOut, Frozen):
             raise InvalidValueError(seen, f"a sensor may be up to {_WIDEST:g} depths wide", "several sensors")
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high", "swap them")
-        one, fix = self.transducer, "transducer=MeanPressure()"
-        each = (one,) * y.size if isinstance(one, Transducer) else _check.several("transducer", one, Transducer, fix)
+        one = self.transducer
+        each = (one,) * y.size if isinstance(one, Transducer) else one
         if len(each) != y.size:
             rule = f"one Transducer, or one for each of the {y.size} sensors, is needed"
-            raise GeometryError(f"transducer = {_check.shown(one)}", rule, fix)
-        object.__setattr__(self, "transducer", each)
+            raise GeometryError(f"transducer = {_check.shown(one)}", rule, _KIND)
+        own["transducer"] = each
         if self.lifted and not all(kind.linear for kind in self.transducers):
             rule = "what a load adds is known of sensors whose readings are proportional to it"
             raise InvalidValueError(f"lift = {_check.shown(self.lift)}", rule, "lift=0.0, or another transducer")
         ends = np.isfinite(np.array([self.low, self.high]))
-        object.__setattr__(self, "_limited", bool(ends.any() or np.any(np.asarray(self.resolution))))
+        own["_limited"] = bool(ends.any() or np.any(np.asarray(self.resolution)))
+
+    def _numbers(self) -> dict[str, FloatArray]:
+        """What is a number of each sensor."""
+        return {f.name: self.__dict__[f.name] for f in fields(self) if f.name != "transducer"}
 
     def __add__(self, other: object) -> SensorArray:
         """The sensors of both, first those of the one, then those of the other."""
         if not isinstance(other, SensorArray):
             return NotImplemented
-        both = {
-            name: np.concatenate([np.asarray(getattr(array, name)) for array in (self, other)])
-            for name in ("y", *_PER_SENSOR)
-        }
+        each = other._numbers()
+        both = {name: np.concatenate([values, each[name]]) for name, values in self._numbers().items()}
         return SensorArray(transducer=(*self.transducers, *other.transducers), **both)
 
     @staticmethod
@@ -286,7 +276,7 @@ class SensorArray(LaidOut, Frozen):
         index = _check.of_sensors(sensors, len(self))
         if np.array_equal(index, np.arange(len(self))):
             return self
-        chosen = {name: np.asarray(getattr(self, name))[index] for name in ("y", *_PER_SENSOR)}
+        chosen = {name: values[index] for name, values in self._numbers().items()}
         return replace(self, transducer=tuple(self.transducers[i] for i in index), **chosen)
 
     def digitise(

@@ -7,14 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
-from ._frozen import Frozen
+from ._declared import Noun
 from ._shown import Drawing, Tabled, many_of, span
 from .array import SensorArray
 from .contact import Contact, LineLoad, LocalContact, PointLoad
@@ -86,11 +86,11 @@ def _is_foreign(one: object) -> bool:
 def finger_needed(finger: object) -> None:
     """Refuse what is no finger where one comes first."""
     if not isinstance(finger, Finger):  # asked at every frame of a live loop
-        _check.noun("finger", finger, Finger, 'Finger(skin, array), or load("finger.toml").finger')
+        _check.noun("finger", finger, Finger, Finger.EXAMPLE)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Finger(Tabled, Frozen):
+class Finger(Tabled, Noun):
     """A skin and the sensors in it.
 
     Parameters
@@ -134,6 +134,8 @@ class Finger(Tabled, Frozen):
     (2, 4, 2)
     """
 
+    EXAMPLE: ClassVar = 'Finger(skin, array), or load("finger.toml").finger'
+
     skin: Skin
     array: SensorArray
     spread: Spread | None = None
@@ -149,15 +151,10 @@ class Finger(Tabled, Frozen):
         observable = _Verb(".estimate.area")
 
     def __post_init__(self) -> None:
-        _check.noun("skin", self.skin, Skin, "HalfPlane(Material(young=0.4e6))")
-        _check.noun("array", self.array, SensorArray, "SensorArray.line(count=4, pitch=6e-3, depth=5e-3)")
-        if not isinstance(self.spread, Spread | None):
-            rule = "a Spread is needed, or none"
-            raise InvalidValueError(f"spread = {self.spread!r}", rule, "Spread([0.0], straight=[1.0], leaning=[1.0])")
-        known = self.measured
-        if not isinstance(known, MeasuredResponse | None) or (known is not None and known.sensors != len(self.array)):
+        super().__post_init__()
+        if self.measured is not None and self.measured.sensors != len(self.array):
             rule = f"a MeasuredResponse of {len(self.array)} sensors is needed, or none"
-            raise InvalidValueError(f"measured = {known!r}", rule, "MeasuredResponse.from_touches(...)")
+            raise InvalidValueError(f"measured = {self.measured!r}", rule, "MeasuredResponse.from_touches(...)")
         if _is_foreign(self.skin):
             who = type(self.skin).__name__
             _check.several(f"{who}.materials", self.skin.materials, Material, "return (Material(young=0.4e6),)")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
+from typing import Annotated, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
-from ._frozen import Frozen
+from ._declared import Noun, Real
 from .errors import ConvergenceError, GeometryError
 
 __all__ = ["MeasuredResponse"]
@@ -31,7 +31,7 @@ _WIDEST = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredResponse(Frozen):
+class MeasuredResponse(Noun):
     """Readings under unit forces at nodes (y, z), as touches at known positions gave them, and how sure they are.
 
     No model is needed: magnets in a lattice, a skin with a seam. `from_touches` makes it by a Gaussian process;
@@ -72,44 +72,41 @@ class MeasuredResponse(Frozen):
     MeasuredResponse(4 sensors, N, y = 0 to 5 mm, z = 0 to 5 mm)
     """
 
-    y: FloatArray
-    z: FloatArray
+    y: Annotated[FloatArray, Real("m")]
+    z: Annotated[FloatArray, Real("m")]
     values: FloatArray
-    variance: FloatArray
+    variance: Annotated[FloatArray, Real(at_least=0.0)]
     offset: FloatArray
-    noise: FloatArray
-    correlation: FloatArray | None = None
-    load: float = 1.0
-    common: FloatArray | float = 0.0
+    noise: Annotated[FloatArray, Real(above=0.0)]
+    correlation: Annotated[FloatArray | None, Real()] = None
+    load: Annotated[float, Real("N", above=0.0)] = 1.0
+    common: Annotated[FloatArray | float, Real(at_least=0.0)] = 0.0
+
+    EXAMPLE: ClassVar = "MeasuredResponse.from_touches(...)"
 
     def __post_init__(self) -> None:
-        for name in ("y", "z"):
-            nodes = _check.real(name, getattr(self, name), unit="m")
+        super().__post_init__()
+        for name, nodes in (("y", self.y), ("z", self.z)):
             steps = np.diff(nodes) if nodes.ndim == 1 else np.zeros(0)
             if steps.size < 3 or not (steps > 0).all() or np.ptp(steps) > 1e-6 * steps[0]:
                 rule = "at least four nodes, rising in equal steps, are needed"
                 raise GeometryError(f"{name} of shape {nodes.shape}", rule, f"{name}=np.arange(0, 10e-3, 0.5e-3)")
-            object.__setattr__(self, name, nodes)
-        values = _check.real("values", self.values)
+        values = self.values
         if values.shape[:2] != (len(self.y), len(self.z)) or values.ndim != 4 or values.shape[3] not in (1, 3):
             rule = f"({len(self.y)}, {len(self.z)}, sensors, 1 or 3) is needed"
-            raise GeometryError(f"values of shape {values.shape}", rule, "MeasuredResponse.from_touches(...)")
-        object.__setattr__(self, "values", values)
-        limits: dict[str, dict[str, Any]] = {"variance": {"at_least": 0.0}, "offset": {}, "noise": {"above": 0.0}}
-        limits["common"] = {"at_least": 0.0}
-        for name in limits:
+            raise GeometryError(f"values of shape {values.shape}", rule, self.EXAMPLE)
+        own = self.__dict__
+        for name in ("variance", "offset", "noise", "common"):
             shape = values.shape if name == "variance" else values.shape[2:3]
-            given = _check.real(name, getattr(self, name), **limits[name])
-            if given.shape not in (shape, ()):
-                raise GeometryError(f"{name} of shape {given.shape}", f"{shape} is needed", f"{name}=...")
-            object.__setattr__(self, name, _check.read_only(np.broadcast_to(given, shape).copy()))
+            if own[name].shape not in (shape, ()):
+                raise GeometryError(f"{name} of shape {own[name].shape}", f"{shape} is needed", f"{name}=...")
+            own[name] = _check.read_only(np.broadcast_to(own[name], shape).copy())
         n = values.shape[2]
-        together = np.eye(n) if self.correlation is None else _check.real("correlation", self.correlation)
+        together = np.eye(n) if self.correlation is None else self.correlation
         if together.shape != (n, n) or not (np.linalg.eigvalsh(together) > 0).all():
             rule = f"a positive definite matrix of shape {(n, n)} is needed"
             raise GeometryError(f"correlation of shape {together.shape}", rule, "leave it out")
-        object.__setattr__(self, "correlation", _check.read_only(together))
-        object.__setattr__(self, "load", _check.scalar("load", self.load, unit="N", above=0.0))
+        own["correlation"] = _check.read_only(together)
 
     def __repr__(self) -> str:
         ends = (f"{n} = {1e3 * v[0]:.4g} to {1e3 * v[-1]:.4g} mm" for n, v in (("y", self.y), ("z", self.z)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from . import _check
 from ._cell import DEGREE, NODES, TO_POWERS, cells_of, polynomial, within
 from ._cell import mean as mean_of
 from ._check import FloatArray
-from ._frozen import Frozen
+from ._declared import Extent, Length, Noun, Real
 from ._search import ends_of, from_crest_to_crest
 from .contact import LineLoad, SpreadContact
 from .contact.families import Family
@@ -39,14 +39,12 @@ _LIMITS: dict[str, dict[str, Any]] = {
     "stop": {"unit": "m"},
     "step": {"unit": "m", "above": 0.0},
     "tolerance": {"above": 0.0, "finite": False},
-    "error": {"at_least": 0.0, "finite": False},
-    "widest": {"unit": "m", "at_least": 0.0},
     "width": {"unit": "m", "above": 0.0},
 }
 
 
 @dataclass(frozen=True, eq=False)
-class Response(Frozen):
+class Response(Noun):
     """Readings under a unit normal and a unit tangential force, as functions of the contact's position.
 
     In each of `cells` equal cells a polynomial of degree 4 in t, the distance from the cell's centre over `step`. For
@@ -69,16 +67,15 @@ class Response(Frozen):
         Coefficients of another shape.
     """
 
-    start: float
-    step: float
+    start: Annotated[float, Real("m")]
+    step: Length
     coefficients: FloatArray
-    error: float = 0.0
-    widest: float = 0.0
+    error: Annotated[float, Real(at_least=0.0, finite=False)] = 0.0
+    widest: Extent = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("start", "step", "error", "widest"):
-            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), **_LIMITS[name]))
-        values = _check.real("coefficients", self.coefficients)
+        super().__post_init__()
+        values = self.coefficients
         wide = self.widest > 0
         if values.ndim != 4 + wide or values.shape[1 + wide] != DEGREE + 1 or values.shape[-1] != 2:
             raise GeometryError(
@@ -86,7 +83,6 @@ class Response(Frozen):
                 f"({'widths, ' * wide}cells, {DEGREE + 1}, n, 2) is needed",
                 "Response.from_table",
             )
-        object.__setattr__(self, "coefficients", values)
 
     def __repr__(self) -> str:
         wide = f", half widths to {self.widest:.4g} m" if self.widest else ""

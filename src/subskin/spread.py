@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
-from ._frozen import Frozen
+from ._declared import Noun, Real, Ruled
 from .errors import InvalidValueError
 
 __all__ = ["Spread"]
 
+_RATIO = Ruled(lambda name, value: _check.real(f"spread.{name}", value, above=0.0))
+
 
 @dataclass(frozen=True, eq=False)
-class Spread(Frozen):
+class Spread(Noun):
     """Standard errors of positions over those of independent noise, along the row; between nodes they go straight.
 
     Parameters
@@ -38,18 +41,18 @@ class Spread(Frozen):
     [2.0, 1.0, 3.0]
     """
 
-    y: FloatArray
-    straight: FloatArray
-    leaning: FloatArray
+    y: Annotated[FloatArray, Real("m")]
+    straight: Annotated[FloatArray, _RATIO]
+    leaning: Annotated[FloatArray, _RATIO]
+
+    EXAMPLE: ClassVar = "Spread([0.0], straight=[1.0], leaning=[1.0])"
 
     def __post_init__(self) -> None:
-        for name in ("y", "straight", "leaning"):
-            limit = {"unit": "m"} if name == "y" else {"above": 0.0}
-            values = _check.real(f"spread.{name}", getattr(self, name), **limit)
-            if values.ndim != 1 or not values.size or values.shape != np.shape(self.y):
+        super().__post_init__()
+        for name, values in self.__dict__.items():
+            if values.ndim != 1 or not values.size or values.shape != self.y.shape:
                 rule = "y, straight and leaning are lists of numbers, one for each node"
                 raise InvalidValueError(f"spread.{name} of shape {values.shape}", rule)
-            object.__setattr__(self, name, _check.read_only(np.array(values)))
         if (np.diff(self.y) <= 0).any():
             raise InvalidValueError("spread.y that does not rise", "nodes go along the row", "sort them")
 

@@ -11,8 +11,19 @@ from subskin.skin._deferred import DeferredStrain
 
 SOFT = ss.Material(0.4e6, 0.4)
 LOAD = {"components": (1.2, 0.3, -0.4), "position": (0.4e-3, -0.9e-3)}
-SHAPES = {"point": ss.PointLoad(**LOAD), "patch": ss.Patch(**LOAD, half_widths=(1e-3, 0.4e-3))}
-FLOATS = SimpleNamespace(sqrt=math.sqrt, atan2=math.atan2, asinh=math.asinh, maximum=max)
+SHAPES = {
+    "point": ss.PointLoad(**LOAD),
+    "patch": ss.Patch(**LOAD, half_widths=(1e-3, 0.4e-3)),
+    "round hertz": ss.RoundHertz(**LOAD, half_width=1.2e-3),
+    "round punch": ss.RoundPunch(**LOAD, half_width=1.2e-3),
+    "cone": ss.Cone(**LOAD, half_width=1.2e-3),
+}
+FLOATS = SimpleNamespace(
+    **{name: getattr(math, name) for name in ("sqrt", "atan2", "asinh", "log")},
+    abs=abs,
+    maximum=max,
+    where=lambda this, then, other: then if this else other,
+)
 """As much of an array namespace as the forms may use, of single numbers."""
 
 Y, Z = (np.array(v) for v in ([-3e-3, 0.0, 0.5e-3, 31e-3, 45e-3], [1e-3, 0.0, -0.7e-3, -2e-3, 30e-3]))
@@ -27,7 +38,7 @@ def test_forms_run_on_single_numbers(shape):
     at = (Y - contact.position[0])[:3], (Z - contact.position[1])[:3]  # far away they would cancel
     whole = form.parts(np, (0, 1), x, *at, *load[1:], *form.sizes)
     each = [form.parts(FLOATS, (0, 1), x, float(y), float(z), *map(float, load[1:]), *sizes) for y, z in zip(*at)]
-    np.testing.assert_allclose(np.moveaxis(whole, -1, 0), each, rtol=1e-13)
+    np.testing.assert_allclose(np.moveaxis(whole, -1, 0), each, rtol=1e-12)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -55,6 +66,33 @@ def test_a_component_alone_is_that_of_the_tensor(shape):
     strain, stress = felt.strain._all, felt.stress._all
     for one, other in zip(alone, (strain.xx, stress.xx, stress.trace, strain.trace), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-10, atol=1e-14 * np.abs(other).max())
+
+
+@pytest.mark.parametrize("shape", ["patch", "round hertz", "round punch", "cone"])
+@pytest.mark.parametrize("away", [(0.3, 0.2, 0.1), (1.0, 0.3, 0.2), (1.0, 1.9, -0.4), (3.0, 1.0, 1.0)])
+def test_forms_are_sums_of_point_loads(shape, away):
+    """The pressure alone says what they have to be: by quadrature of Boussinesq's and Cerruti's fields."""
+    a = 1.2e-3
+    contact = SHAPES[shape].altered(components=np.array([1.0, 0.3, -0.4]), position=np.zeros(2))
+    u, weight = np.polynomial.legendre.leggauss(60)
+    if shape == "patch":
+        y, z = np.meshgrid(1e-3 * u, 0.4e-3 * u)
+        area = np.outer(weight, weight) * 0.4e-6
+    else:  # r = a sin(psi), crowded to the middle, takes the root at the rim and the logarithm at the tip
+        v, turn = 0.5 * (1 + u), 2 * np.pi * np.arange(80) / 80
+        psi = 0.5 * np.pi * v**3
+        r, dr = a * np.sin(psi), a * np.cos(psi) * 1.5 * np.pi * v**2 * 0.5 * weight
+        y, z = r[:, None] * np.cos(turn), r[:, None] * np.sin(turn)
+        area = np.broadcast_to((r * dr)[:, None] * (2 * np.pi / 80), y.shape)
+    share = (contact.pressure(y, z) * area).reshape(-1)
+    points = ss.PointLoad(components=share[:, None] * contact.components, position=np.stack([y, z], -1).reshape(-1, 2))
+    skin, at = ss.HalfSpace(SOFT), tuple(a * one for one in away)
+    one, many = skin.state(contact, *at), skin.state(points, *at)
+    for tensor in ("stress", "strain"):
+        whole = getattr(many, tensor)
+        size = float(np.abs(whole._all.matrix.sum(axis=0)).max())
+        assert float(getattr(one, tensor).xx) == pytest.approx(whole.xx.sum(), abs=1e-7 * size)
+        assert float(getattr(one, tensor).trace) == pytest.approx(whole.trace.sum(), abs=1e-7 * size)
 
 
 def test_blocks_of_a_batch_are_the_batch():

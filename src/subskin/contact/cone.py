@@ -8,10 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
+from .discs import cone_disc, disc_form
+from .kernels import RealForm
 from .round_contact import RoundContact
 from .shifted import axial_family, punches_core, punches_over, source_at
 
 __all__ = ["Cone"]
+
+_FORM = disc_form(cone_disc, power=1)
 
 _FAR = 2.0
 
@@ -29,6 +33,9 @@ class Cone(RoundContact, name="cone"):
     >>> tip.pressure([0.5e-3, 1e-3], 0.0).round(1).tolist()
     [419200.7, 0.0]
     """
+
+    def real_form(self) -> RealForm | None:  # noqa: D102
+        return _FORM(self.half_width)
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         x, zeta = np.broadcast_arrays(x, zeta)

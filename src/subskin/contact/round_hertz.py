@@ -11,12 +11,16 @@ import numpy.typing as npt
 from .._check import ComplexArray, FloatArray
 from .._declared import Real
 from ..errors import InvalidValueError
+from .discs import disc_form, hertz_disc
 from .functions import hertz_spectrum
+from .kernels import RealForm
 from .local import LocalSpectrum, RadialTerm
 from .round_contact import RoundContact
 from .shifted import axial_family, punches_core, punches_over, source_at
 
 __all__ = ["RoundHertz"]
+
+_FORM = disc_form(hertz_disc, power=2)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -61,6 +65,9 @@ class RoundHertz(RoundContact, name="round_hertz"):
     def _share(self) -> FloatArray:
         """The ratio c / a."""
         return np.asarray(self.stick / self.half_width)
+
+    def real_form(self) -> RealForm | None:  # noqa: D102
+        return None if self.stick.any() else _FORM(self.half_width)
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         return ring_family(order, x, zeta, np.zeros(()))

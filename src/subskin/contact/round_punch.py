@@ -8,10 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
+from .discs import disc_form, punch_disc
+from .kernels import RealForm
 from .round_contact import RoundContact
 from .shifted import axial_family, punch_core, source_at
 
 __all__ = ["RoundPunch"]
+
+_FORM = disc_form(punch_disc)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -28,6 +32,9 @@ class RoundPunch(RoundContact, name="round_punch"):
     >>> float(stylus.pressure(0.0, 0.0).round(3)), float(stylus.pressure(1e-3, 0.0))
     (159154.943, inf)
     """
+
+    def real_form(self) -> RealForm | None:  # noqa: D102
+        return _FORM(self.half_width)
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         r = np.abs(zeta)

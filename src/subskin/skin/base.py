@@ -5,14 +5,14 @@ from __future__ import annotations
 from abc import abstractmethod
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check, _hooks
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._declared import Noun
 from .._shown import Drawing
 from ..contact.base import Contact
 from ..contact.local import LocalContact
@@ -29,7 +29,7 @@ __all__ = ["Materials", "Skin"]
 Materials = Sequence[Material] | None
 
 
-class Skin(Frozen, PressedSurface):
+class Skin(Noun, PressedSurface):
     """An elastic medium with a surface at depth x = 0.
 
     Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
@@ -38,6 +38,8 @@ class Skin(Frozen, PressedSurface):
     solved in a plane, are not its own (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it
     is a frozen dataclass.
     """
+
+    EXAMPLE: ClassVar = "HalfPlane(Material(young=0.4e6))"
 
     plot = Drawing("field_map")
 

@@ -59,11 +59,6 @@ class HalfPlane(Skin):
     material: Material
     plane: Literal["strain", "stress"] = "strain"
 
-    def __post_init__(self) -> None:
-        _check.noun("material", self.material, Material, "Material(young=0.4e6)")
-        if not isinstance(self.plane, str) or self.plane not in ("strain", "stress"):
-            _check.choice("plane", self.plane, ("strain", "stress"))
-
     @property
     def materials(self) -> tuple[Material, ...]:  # noqa: D102
         return (self.material,)

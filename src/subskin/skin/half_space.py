@@ -10,7 +10,6 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import FloatArray, each_read_only
 from ..contact import Contact, LocalContact
 from ..material import Material
@@ -53,9 +52,6 @@ class HalfSpace(Skin):
     """
 
     material: Material
-
-    def __post_init__(self) -> None:
-        _check.noun("material", self.material, Material, "Material(young=0.4e6)")
 
     @property
     def materials(self) -> tuple[Material, ...]:  # noqa: D102

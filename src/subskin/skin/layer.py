@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal
 
-from .._declared import Noun, Real
+from .._declared import Noun, Real, Ruled
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
 
-__all__ = ["Layer", "layers_of"]
+__all__ = ["LAYERS", "SOME_LAYERS", "Layer", "layers_of"]
 
 _MOST = 40  # layers
 _SPAN = 1e4
@@ -52,8 +52,8 @@ class Layer(Noun):
         return f"{1e3 * self.thickness:.6g} mm ({self.material}{self.LOOSE[self.bond]})"
 
 
-def layers_of(given: Any) -> tuple[Layer, ...]:
-    """One layer, or a sequence of layers, as a tuple.
+def layers_of(given: Any, least: int = 0) -> tuple[Layer, ...]:
+    """One layer, or a sequence of `least` layers or more, as a tuple.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def layers_of(given: Any) -> tuple[Layer, ...]:
     """
     listed = isinstance(given, Sequence) and not isinstance(given, str)
     layers = (given,) if isinstance(given, Layer) else tuple(given) if listed else ()
-    if not (layers or listed) or not all(isinstance(layer, Layer) for layer in layers):
+    if not (layers or (listed and not least)) or not all(isinstance(layer, Layer) for layer in layers):
         fix = "Layer(Material(young=0.4e6), thickness=4e-3)"
         raise InvalidValueError(f"layers = {given!r}", "one Layer or more are needed", fix)
     if len(layers) > _MOST:
@@ -73,3 +73,7 @@ def layers_of(given: Any) -> tuple[Layer, ...]:
         rule = f"one may be {_SPAN:.0e} times as thick as another: their waves are summed together"
         raise GeometryError(seen, rule, "leave out the thin one, or take the thick one at the bottom for base=")
     return layers
+
+
+LAYERS = Ruled(lambda name, value: layers_of(value))
+SOME_LAYERS = Ruled(lambda name, value: layers_of(value, least=1))

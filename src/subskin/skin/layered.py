@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,7 @@ from ._riesz import displacements_of, fields_of, turns_of
 from ._synthesis import Answer, hooke, layers_hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
-from .layer import Layer, layers_of
+from .layer import SOME_LAYERS, Layer
 from .surface import distances, grid_of
 
 __all__ = ["Layered"]
@@ -83,19 +83,8 @@ class Layered(Skin):
     [61.8, 199.9]
     """
 
-    layers: Layer | Sequence[Layer]
+    layers: Annotated[Layer | Sequence[Layer], SOME_LAYERS]
     base: Material | None = None
-
-    def __post_init__(self) -> None:
-        layers = layers_of(self.layers)
-        if not layers:
-            fix = "Layered(Layer(Material(young=0.4e6), thickness=4e-3))"
-            raise InvalidValueError(f"layers = {self.layers!r}", "one Layer or more are needed", fix)
-        object.__setattr__(self, "layers", layers)
-        if self.base is not None and not isinstance(self.base, Material):
-            raise InvalidValueError(
-                f"base = {self.base!r}", "a Material is needed, or None for a rigid base", "base=Material(young=2e6)"
-            )
 
     @property
     def stack(self) -> tuple[Layer, ...]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Extent, Length, Real
 from ..contact.as_lines import line_loads
 from ..contact.base import Contact
 from ..contact.local import LocalContact
@@ -71,24 +72,19 @@ class Ridged(Skin):
     """
 
     skin: Skin
-    pitch: float
-    height: float
-    width: float | None = None
-    crest: float = 0.0
+    pitch: Length
+    height: Extent
+    width: Length | None = None
+    crest: Annotated[float, Real("m")] = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.skin, Skin) or self.skin.ridges is not None:
+        super().__post_init__()
+        if self.skin.ridges is not None:
             fix = "Ridged(HalfPlane(Material(young=0.4e6)), pitch=1e-3, height=0.4e-3)"
             raise InvalidValueError(f"skin = {self.skin!r}", "ridges stand on a smooth skin", fix)
-        for name, bound in (("pitch", {"above": 0.0}), ("height", {"at_least": 0.0}), ("crest", {})):
-            value = _check.scalar(name, getattr(self, name), unit="m", **bound)  # type: ignore[arg-type]
-            object.__setattr__(self, name, value)
-        if self.width is not None:
-            width = _check.scalar("width", self.width, unit="m", above=0.0)
-            if width > self.pitch * (1 + 1e-12):
-                seen, rule = f"width = {width:.6g} m of a base", f"ridges are {self.pitch:.6g} m apart"
-                raise GeometryError(seen, rule, "a width of at most the pitch")
-            object.__setattr__(self, "width", width)
+        if self.width is not None and self.width > self.pitch * (1 + 1e-12):
+            seen, rule = f"width = {self.width:.6g} m of a base", f"ridges are {self.pitch:.6g} m apart"
+            raise GeometryError(seen, rule, "a width of at most the pitch")
         turns = self.skin.period / self.pitch
         if np.isfinite(turns) and abs(turns - round(turns)) > 1e-6 * turns:
             seen, rule = f"pitch = {self.pitch:.9g} m", f"{turns:.6g} ridges do not close round the finger"

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Length
 from ..contact.base import Contact
 from ..contact.local import LocalContact
 from ..errors import GeometryError, InvalidValueError
@@ -25,7 +26,7 @@ from ._stack import Sheet
 from ._synthesis import hooke, layers_hooke, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
-from .layer import Layer, layers_of
+from .layer import LAYERS, Layer, layers_of
 from .surface import distances
 
 __all__ = ["Round"]
@@ -94,31 +95,24 @@ class Round(Skin):
     """
 
     material: Material
-    radius: float
-    core_radius: float
-    layers: Layer | Sequence[Layer] = ()
+    radius: Length
+    core_radius: Length
+    layers: Annotated[Layer | Sequence[Layer], LAYERS] = ()
     core: Material | None = None
     bond: Literal["bonded", "frictionless"] = "bonded"
 
     def __post_init__(self) -> None:
-        outer = _check.scalar("radius", self.radius, unit="m", above=0.0)
-        inner = _check.scalar("core_radius", self.core_radius, unit="m", above=0.0)
+        super().__post_init__()
+        outer, inner = self.radius, self.core_radius
         if not np.exp(-DEEPEST) * outer < inner < outer:
             seen = f"core_radius = {inner:.6g} m, radius = {outer:.6g} m"
             rule = "the core has to lie within the finger and have at least a twentieth of its radius"
             raise GeometryError(seen, rule, f"core_radius between {0.05 * outer:.3g} and {outer:.3g} m")
-        over = layers_of(self.layers)
-        room = outer - inner - sum(layer.thickness for layer in over)
+        room = outer - inner - sum(layer.thickness for layer in layers_of(self.layers))
         if not room > _SHARE * (outer - inner):
             seen = f"layers of {outer - inner - room:.6g} m together"
             rule = f"they lie over the material, and over the core there are only {outer - inner:.6g} m"
             raise GeometryError(seen, rule, "thinner layers, or a smaller core_radius")
-        object.__setattr__(self, "radius", outer)
-        object.__setattr__(self, "core_radius", inner)
-        object.__setattr__(self, "layers", over)
-        if self.core is not None and not isinstance(self.core, Material):
-            fix = "core=Material(young=2e6)"
-            raise InvalidValueError(f"core = {self.core!r}", "a Material is needed, or None for a rigid core", fix)
         layers_of(self.stack)
 
     @cached_property

@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import ClassVar
 
 from .._check import FloatArray
+from .._declared import Noun
 from .._registry import Named
 from ..errors import NotLinearError
 from ..tensor import State
@@ -16,7 +17,7 @@ __all__ = ["Quantity", "Transducer"]
 
 
 @dataclass(frozen=True)
-class Transducer(Named, ABC):
+class Transducer(Named, Noun, ABC):
     """What is measured at a point of the skin.
 
     One of your own gives `unit` and `measure`; defined with a name, `class Tilt(Transducer, name="tilt")`, it is found

@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Angle
 from ..tensor import State
 from .base import Transducer
 
-__all__ = ["Displacement", "LateralStrain", "ShearStrain", "known_axis", "rosette"]
+__all__ = ["Displacement", "LateralStrain", "ShearStrain", "rosette"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -37,12 +38,9 @@ class LateralStrain(Transducer, name="lateral_strain"):
     [0.0764, -0.0061]
     """
 
-    direction: float = field(default=0.0, metadata={"unit": "rad"})
+    direction: Angle = field(default=0.0, metadata={"unit": "rad"})
 
     unit, component = "", "strain.yy"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "direction", _check.scalar("direction", self.direction, unit="rad"))
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         e = state.strain
@@ -102,9 +100,6 @@ class ShearStrain(Transducer, name="shear_strain"):
 
     unit = ""
 
-    def __post_init__(self) -> None:
-        _check.choice("plane", self.plane, ("xy", "xz", "yz"))
-
     @property
     def component(self) -> str:  # type: ignore[override]
         """The component of the field that a picture of the skin shows beside it."""
@@ -144,9 +139,6 @@ class Displacement(Transducer, name="displacement"):
 
     unit = "m"
 
-    def __post_init__(self) -> None:
-        known_axis(self.axis)
-
     @property
     def component(self) -> str:  # type: ignore[override]
         """The component of the field that a picture of the skin shows beside it."""
@@ -155,8 +147,3 @@ class Displacement(Transducer, name="displacement"):
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         moved: FloatArray = getattr(state.moved(f"{self!r} under such a contact"), self.axis)
         return moved
-
-
-def known_axis(axis: object) -> None:
-    """Refuse what is no axis."""
-    _check.choice("axis", axis, ("x", "y", "z"))

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from .. import _check
 from .._check import FloatArray
+from .._declared import Length, Real
 from ..errors import InvalidValueError, NotLinearError
 from ..tensor import State, Tilt
 from .base import Transducer
-from .directed import known_axis
 
 __all__ = ["MagnetDisplacement"]
 
@@ -68,17 +67,15 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
     """
 
     axis: Literal["x", "y", "z"]
-    moment: float = field(metadata={"unit": "A*m^2"})
-    gap: float = field(metadata={"unit": "m"})
+    moment: Annotated[float, Real("A*m^2")] = field(metadata={"unit": "A*m^2"})
+    gap: Length = field(metadata={"unit": "m"})
     exact: bool = False
     tilts: bool = False
 
     unit = "T"
 
     def __post_init__(self) -> None:
-        known_axis(self.axis)
-        object.__setattr__(self, "moment", _check.scalar("moment", self.moment, unit="A*m^2"))
-        object.__setattr__(self, "gap", _check.scalar("gap", self.gap, unit="m", above=0.0))
+        super().__post_init__()
         if not self.moment:
             raise InvalidValueError("moment = 0", "a magnet is needed: its moment is not 0 [A m^2]", "moment=5e-3")
 
