@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import Field, dataclass, fields
+from functools import cache
 from inspect import signature
 from typing import Annotated, Any, ClassVar, Self
 
@@ -188,6 +189,11 @@ class ShapedContact(LocalContact, Noun):
         """
         return None
 
+    @property
+    def known_form(self) -> RealForm | None:
+        """`real_form`, where no class has put another family in place of that to which it belongs."""
+        return self.real_form() if _keeps_its_family(type(self)) else None
+
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:
         """W_0 + x W_0'/2 of `drag_family`, `w` and `dw` at `x`, `zeta` [1/m^2]; replaced where they cancel."""
         return np.asarray(w[0] + 0.5 * x * dw[0])
@@ -265,6 +271,13 @@ class ShapedContact(LocalContact, Noun):
 def _family(said: str, own: Any, given: Any, args: tuple[Any, ...]) -> Any:
     """W_m, m = 0 ... 3, of the order that comes first in `args`; of order -1 one less."""
     return _hooks.optional(_hooks.field(before=(3 + (args[0] >= 0),)))(said, own, given, args[1:])
+
+
+@cache
+def _keeps_its_family(kind: type[ShapedContact]) -> bool:
+    own = next(i for i, base in enumerate(kind.__mro__) if "real_form" in vars(base))
+    names = ("transforms", "unit_family", "disc_family", "drag_family", "unit_core")
+    return not any(name in vars(base) for base in kind.__mro__[:own] for name in names)
 
 
 _REAL = _hooks.field(real=True)

@@ -167,7 +167,7 @@ def tensors_of(
     if contact.shape:
         _check.broadcast(contact=np.empty(contact.shape), points=x)
     nu = material.poisson
-    form = contact.real_form() if isinstance(contact, ShapedContact) and (x > 0).all() else None
+    form = contact.known_form if isinstance(contact, ShapedContact) and (x > 0).all() else None
     if not isinstance(contact, ShapedContact) or form is None:
         fields = fields_of(contact, nu, x, y, z)
         blank_local(contact, x, y, z, *fields)
