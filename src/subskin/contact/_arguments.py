@@ -13,7 +13,7 @@ from .._check import FloatArray
 from .._declared import Ruled
 from ..errors import GeometryError, InvalidValueError
 
-__all__ = ["Row", "Told", "resolved"]
+__all__ = ["Row", "SignatureOf", "resolved"]
 
 _TURN = 2.0 * np.pi
 
@@ -30,7 +30,7 @@ def Row(count: int, unit: str, what: str, above: float | None = None, fix: str =
     return Ruled(rule)
 
 
-class Told:
+class SignatureOf:
     """The signature of a class of contacts, for `help` and editors: a force, where it acts, and the class's lengths."""
 
     def __init__(self, *first: str) -> None:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from ._arguments import Told
+from ._arguments import SignatureOf
 from .base import Contact
 from .directions import at_the_surface, mean_over_directions
 from .local import RadialTerm
@@ -68,7 +68,7 @@ class FromProjections(ShapedContact):
 
     profile: Contact | Profiles = None  # type: ignore[assignment]
 
-    __signature__ = Told("profile")
+    __signature__ = SignatureOf("profile")
 
     def __init__(self, profile: Contact | Profiles, *load: npt.ArrayLike, **more: npt.ArrayLike) -> None:
         fix = "a long contact such as Hertz(force=1.0, half_width=1e-3), or a function of the direction"

@@ -15,7 +15,7 @@ from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from .._declared import Noun, Real
 from ..errors import InvalidValueError
-from ._arguments import Row, Told, resolved
+from ._arguments import Row, SignatureOf, resolved
 from .kernels import RealForm
 from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
 
@@ -68,7 +68,7 @@ class ShapedContact(LocalContact, Noun):
     RANKS: ClassVar[dict[str, int]] = {"components": 1, "position": 1}
     """Axes that a parameter has for itself, behind those of the batch: 0 if it is not listed."""
 
-    __signature__ = Told()
+    __signature__ = SignatureOf()
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
