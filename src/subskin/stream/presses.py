@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Fix, Noun, Real
 from .._frozen import Frozen
 from .._shown import Tabled, span
 from ..errors import GeometryError, InvalidValueError
@@ -27,7 +28,7 @@ _FEWEST = 3  # frames in a plateau
 
 
 @dataclass(frozen=True)
-class Column:
+class Column(Noun):
     """A column of a recording by its `name`, and the SI value of one of its units, `scale`.
 
     Examples
@@ -36,24 +37,12 @@ class Column:
     Column(name='x', scale=0.001)
     """
 
-    name: str
+    name: Annotated[str, Fix('Column("time")')]
     scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        _check.noun("name", self.name, str, 'Column("time")')
-        object.__setattr__(self, "scale", _check.scalar("scale", self.scale))
-
-
-_LIMITS: dict[str, dict[str, Any]] = {
-    "scale": {},
-    "early": {"above": 0.0, "at_most": 1.0, "fix": "early = 0.4 averages the first 40 %"},
-    "before": {"unit": "s", "above": 0.0},
-    "hold": {"unit": "s", "above": 0.0},
-}
 
 
 @dataclass(frozen=True)
-class RecordingFormat:
+class RecordingFormat(Noun):
     """How to read a raw recording.
 
     Parameters
@@ -88,13 +77,9 @@ class RecordingFormat:
     position: Column | tuple[Column, Column] | None = None
     press: Column | None = None
     force: Column | None = None
-    early: float = 0.4
-    before: float = 0.3
-    hold: float = 0.5
-
-    def __post_init__(self) -> None:
-        for name, limits in _LIMITS.items():
-            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), **limits))
+    early: Annotated[float, Real(above=0.0, at_most=1.0, fix="early = 0.4 averages the first 40 %")] = 0.4
+    before: Annotated[float, Real("s", above=0.0)] = 0.3
+    hold: Annotated[float, Real("s", above=0.0)] = 0.5
 
     @property
     def tracks(self) -> dict[str, tuple[Column, ...]]:

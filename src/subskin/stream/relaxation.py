@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Noun, Real
 from .._frozen import Frozen, Result
 from ..errors import GeometryError
 from .stage import Stage, check_state, in_order, join, some_of
@@ -33,9 +34,14 @@ class RelaxationState(Result):
     rows: FloatArray
     time: float
 
+    @property
+    def rest(self) -> FloatArray:
+        """The readings at rest, shape (n,)."""
+        return np.asarray(self.rows[0])
+
 
 @dataclass(frozen=True, eq=False)
-class Relaxation(Frozen):
+class Relaxation(Noun):
     """How the reading of a touch that is held falls: 1 - sum of share (1 - exp(-t / time)), a Prony series.
 
     Parameters
@@ -67,14 +73,14 @@ class Relaxation(Frozen):
     (1.7, True)
     """
 
-    share: npt.ArrayLike
-    time: npt.ArrayLike
+    share: Annotated[npt.ArrayLike, Real(at_least=0.0)]
+    time: Annotated[npt.ArrayLike, Real("s", above=0.0)]
     rest: npt.ArrayLike | None = None
-    doubt: npt.ArrayLike = 0.0
+    doubt: Annotated[npt.ArrayLike, Real(at_least=0.0)] = 0.0
 
     def __post_init__(self) -> None:
-        time = np.atleast_1d(_check.real("time", self.time, unit="s", above=0.0))
-        share = np.atleast_1d(_check.real("share", self.share, at_least=0.0))
+        super().__post_init__()
+        time, share, doubt = np.atleast_1d(self.time), np.atleast_1d(self.share), np.asarray(self.doubt)
         if time.ndim != 1 or share.ndim not in (1, 2) or len(share) != len(time):
             raise GeometryError(
                 f"share of shape {share.shape}, time of shape {time.shape}",
@@ -84,12 +90,8 @@ class Relaxation(Frozen):
         _check.real("share in all", share.sum(axis=0), at_most=0.999, fix="a skin keeps some of its stress")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "share", share)
-        if self.rest is not None:
-            object.__setattr__(self, "rest", _check.real("rest", self.rest))
-        doubt = _check.real("doubt", self.doubt, at_least=0.0)
         if doubt.ndim > 1:
             raise GeometryError(f"doubt of shape {doubt.shape}", "one value, or one for each sensor, is needed", "0.1")
-        object.__setattr__(self, "doubt", doubt)
 
     @property
     def apply(self) -> Relaxing:
@@ -130,8 +132,56 @@ class Relaxation(Frozen):
         return np.broadcast_to(wide, (len(wide), count)), np.broadcast_to(np.asarray(self.doubt), count)
 
 
+class _Series(Stage[RelaxationState, Any]):
+    """What runs a relaxation along a stream, forwards or backwards."""
+
+    relaxation: Relaxation
+
+    def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
+        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
+        check_state(state, RelaxationState)
+        if state is None:
+            return None
+        rows = np.full_like(state.rows, np.nan)
+        rows[0] = state.rest
+        rows.flags.writeable = False
+        return RelaxationState(rows, np.nan)
+
+    def _run(
+        self,
+        backwards: bool,
+        state: RelaxationState | None,
+        readings: npt.ArrayLike,
+        time: npt.ArrayLike | None,
+        asked: bool = False,
+    ) -> tuple[RelaxationState, FloatArray, FloatArray]:
+        """The next state, the readings, and where it is `asked` what the terms make of them, of the same shape."""
+        from ._relaxation_kernel import MEMORY, relax  # here, so that whoever relaxes nothing need not load a compiler
+
+        check_state(state, RelaxationState)
+        data, clock = in_order(readings, time, np.nan if state is None else state.time)
+        n, constants, rest = data.shape[-1], np.asarray(self.relaxation.time), self.relaxation.rest
+        share, _ = self.relaxation.of_sensors(n)
+        if state is None:
+            rows = np.full((MEMORY + constants.size, n), np.nan)
+            rows[0] = np.nan if rest is None else rest
+        else:
+            rows = state.rows.copy()
+        if rows.shape != (MEMORY + constants.size, n):
+            rule, fix = f"({MEMORY + constants.size}, {n}) is needed", "a state of this stage, or None to start"
+            raise GeometryError(f"a state of shape {rows.shape}", rule, fix)
+        out, taken = np.empty(data.shape), np.empty(data.shape if asked else (0, n))
+        # views that are alike in memory, however the arrays came: the loop is compiled once
+        given = (data.reshape(-1, n), clock.reshape(-1), share, constants[:])
+        alike = _check.each_read_only(*map(np.ascontiguousarray, given))
+        relax(*alike, backwards, rows, out.reshape(-1, n), taken.reshape(-1, n))
+        rows.flags.writeable = out.flags.writeable = False
+        last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
+        return RelaxationState(rows, last), out, taken
+
+
 @dataclass(frozen=True, eq=False)
-class Relaxing(Stage[RelaxationState, FloatArray]):
+class Relaxing(_Series):
     """Relaxation put into a stream, or taken off it: `Relaxation.apply` and `Relaxation.undo`.
 
     Causal, frame by frame, and exact where the elastic reading changes linearly from each frame to the next. What comes
@@ -152,20 +202,8 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[RelaxationState, FloatArray]:
         """Take the next frames of a stream; as `Stage.step`."""
-        left, out, _ = _relaxed(self.relaxation, self.backwards, state, readings, time)
+        left, out, _ = self._run(self.backwards, state, readings, time)
         return left, out
-
-    def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
-        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
-        from ._relaxation_kernel import REST
-
-        check_state(state, RelaxationState)
-        if state is None:
-            return None
-        rows = np.full_like(state.rows, np.nan)
-        rows[REST] = state.rows[REST]
-        rows.flags.writeable = False
-        return RelaxationState(rows, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +229,7 @@ class Undone(Frozen):
 
 
 @dataclass(frozen=True, eq=False)
-class Undoing(Stage[RelaxationState, Undone]):
+class Undoing(_Series):
     """Relaxation taken off a stream, with a doubt of each reading: `Relaxation.undoing`.
 
     A reading's doubt is the series' `doubt` times what the terms make of it, sum of |share (u - h)|: h is what a term
@@ -220,54 +258,7 @@ class Undoing(Stage[RelaxationState, Undone]):
         self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[RelaxationState, Undone]:
         """Take the next frames of a stream; as `Stage.step`."""
-        left, out, taken = _relaxed(self.relaxation, True, state, readings, time, asked=True)
+        left, out, taken = self._run(True, state, readings, time, asked=True)
         doubt = taken * self.relaxation.of_sensors(out.shape[-1])[1]
         doubt.flags.writeable = False
         return left, Undone(out, doubt)
-
-    def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
-        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`.
-
-        Parameters
-        ----------
-        state : RelaxationState or None
-            What was left of the stream before.
-        """
-        return self.relaxation.undo.resumed(state)
-
-
-def _relaxed(
-    relaxation: Relaxation,
-    backwards: bool,
-    state: RelaxationState | None,
-    readings: npt.ArrayLike,
-    time: npt.ArrayLike | None,
-    asked: bool = False,
-) -> tuple[RelaxationState, FloatArray, FloatArray]:
-    """The next state, the readings, and where it is `asked` what the terms make of them, of the same shape."""
-    from ._relaxation_kernel import relax  # here, so that whoever relaxes nothing need not load a compiler
-
-    check_state(state, RelaxationState)
-    data, clock = in_order(readings, time, np.nan if state is None else state.time)
-    n = data.shape[-1]
-    constants, rest = np.asarray(relaxation.time), relaxation.rest
-    share, _ = relaxation.of_sensors(n)
-    if state is None:
-        rows = np.full((3 + constants.size, n), np.nan)
-        rows[0] = np.nan if rest is None else rest
-    else:
-        rows = state.rows.copy()
-    if rows.shape != (3 + constants.size, n):
-        raise GeometryError(
-            f"a state of shape {rows.shape}",
-            f"({3 + constants.size}, {n}) is needed",
-            "a state of this stage, or None to start",
-        )
-    out, taken = np.empty(data.shape), np.empty(data.shape if asked else (0, n))
-    # views that are alike in memory, however the arrays came: the loop is compiled once
-    given = (data.reshape(-1, n), clock.reshape(-1), share, constants[:])
-    alike = _check.each_read_only(*map(np.ascontiguousarray, given))
-    relax(*alike, backwards, rows, out.reshape(-1, n), taken.reshape(-1, n))
-    rows.flags.writeable = out.flags.writeable = False
-    last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
-    return RelaxationState(rows, last), out, taken

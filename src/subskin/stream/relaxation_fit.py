@@ -153,7 +153,7 @@ class _Series:
     ) -> None:
         self.free = free
         self.frames, self.clock, self.terms = frames, clock, terms
-        at_rest = Relaxation(np.zeros(1), np.ones(1), rest).undo.step(None, frames, clock)[0].rows[0]
+        at_rest = Relaxation(np.zeros(1), np.ones(1), rest).undo.step(None, frames, clock)[0].rest
         self.rest = None if rest is None else at_rest
         self.spans = [slice(a, b) for a, b in zip(first, stop, strict=True)]
         jumps = np.concatenate([np.diff(frames[s], axis=0) for s in self.spans])
