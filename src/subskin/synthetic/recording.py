@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._axes import on_finger
 from .._check import FloatArray
+from .._declared import Angle, Fix, Length, Positive, Real, checked
 from .._frozen import Frozen
 from .._tasks import Executor
 from ..contact import Contact, LineLoad, LocalContact
 from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 from ..stream.relaxation import Relaxation
 from .readings import measured
 
@@ -25,6 +25,7 @@ __all__ = ["Recording", "simulate_recording"]
 _TOUCH = 0.3  # share of the stroke at which the indenter meets the skin
 _MOST_FRAMES = 10**8
 _PERIODS = (0.9, 0.37)  # of the drift, in units of the recording
+_Time: TypeAlias = Annotated[float, Real("s", above=0.0)]
 
 
 @dataclass(frozen=True)
@@ -41,23 +42,24 @@ class Recording(Frozen):
     force: FloatArray
 
 
+@checked
 def simulate_recording(
-    finger: Finger,
-    positions: npt.ArrayLike,
+    finger: Annotated[Finger, Fix("Finger(skin, array)")],
+    positions: Annotated[npt.ArrayLike, Real("m")],
     *,
-    force: float,
+    force: Annotated[float, Real("N/m", at_least=0.0)],
     contact: Callable[..., Contact | LocalContact] = LineLoad,
-    angle: float = 0.0,
-    origin: Any = 0.0,
-    turn: float = 0.0,
-    stroke: float = 4e-3,
-    ramp: float = 0.5,
-    hold: float = 1.5,
-    rest: float = 0.5,
-    rate: float = 50.0,
-    relaxation: float = 0.2,
-    relaxation_time: float = 1.5,
-    drift: float = 0.0,
+    angle: Angle = 0.0,
+    origin: Annotated[Any, Real("m")] = 0.0,
+    turn: Angle = 0.0,
+    stroke: Length = 4e-3,
+    ramp: _Time = 0.5,
+    hold: _Time = 1.5,
+    rest: _Time = 0.5,
+    rate: Positive = 50.0,
+    relaxation: Annotated[float, Real(at_least=0.0, at_most=0.99)] = 0.2,
+    relaxation_time: _Time = 1.5,
+    drift: Annotated[float, Real(at_least=0.0)] = 0.0,
     rng: np.random.Generator | None = None,
     executor: Executor | None = None,
     progress: Callable[[int], object] | None = None,
@@ -116,16 +118,7 @@ def simulate_recording(
     >>> raw.readings.shape, float(raw.position[-1]), float(raw.press.max())
     ((325, 4), 0.001, 0.004)
     """
-    finger_needed(finger)
-    y = np.atleast_1d(_check.real("positions", positions, unit="m"))
-    times = {"ramp": ramp, "hold": hold, "rest": rest, "relaxation_time": relaxation_time}
-    given = {"stroke": stroke, "rate": rate, **times}
-    stroke, rate, ramp, hold, rest, relaxation_time = (_check.scalar(n, v, above=0.0) for n, v in given.items())
-    force = _check.scalar("force", force, unit="N/m", at_least=0.0)
-    angle, turn = _check.scalar("angle", angle, unit="rad"), _check.scalar("turn", turn, unit="rad")
-    drift = _check.scalar("drift", drift, at_least=0.0)
-    share = _check.scalar("relaxation", relaxation, at_least=0.0, at_most=0.99)
-    middle = _check.real("origin", origin, unit="m")
+    y, middle = np.atleast_1d(positions), np.asarray(origin)
     if not len(y) or y.shape not in ((len(y),), (len(y), 2)) or middle.shape != y.shape[1:]:
         seen = f"positions of shape {y.shape}, an origin of shape {middle.shape}"
         raise GeometryError(seen, "shapes (k,) and (), or (k, 2) and (2,), are needed", "origin=(0.0, 0.0)")
@@ -140,7 +133,7 @@ def simulate_recording(
     which = np.minimum((time / corners[-1]).astype(int), len(y) - 1)
     press = stroke * np.interp(time - which * corners[-1], [*corners, corners[-1] + rest], [0, 0, 1, 1, 0, 0])
     load = force * np.clip((press / stroke - _TOUCH) / (1 - _TOUCH), 0.0, None)
-    rubber = Relaxation([share], [relaxation_time], rest=0.0)
+    rubber = Relaxation([relaxation], [relaxation_time], rest=0.0)
     felt = rubber.apply(load[:, None], time)[:, 0]
     array = finger.array
     # drift adds before the range and the resolution do their part

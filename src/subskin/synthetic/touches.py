@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._declared import Fix, Noun, Positive, Whole
 from ..contact import LineLoad, PointLoad, families, local_families
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
@@ -36,7 +36,7 @@ class TouchShard(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ContactShare:
+class ContactShare(Noun):
     """A family of contacts, and how often it touches.
 
     Parameters
@@ -60,13 +60,15 @@ class ContactShare:
     """
 
     family: str
-    share: float = 1.0
+    share: Positive = 1.0
     half_width: tuple[float, float] | None = None
 
+    EXAMPLE: ClassVar[str] = 'ContactShare("hertz", ...)'
+
     def __post_init__(self) -> None:
+        super().__post_init__()
         known = {**families(), **local_families()}
         _check.choice("family", self.family, known, 'family="hertz"')
-        object.__setattr__(self, "share", _check.scalar("share", self.share, above=0.0))
         if (self.half_width is None) != (known[self.family] in (LineLoad, PointLoad)):
             seen = f"half_width = {_check.shown(self.half_width)} of a {self.family}"
             rule = "it has none" if self.half_width is not None else "it needs one"
@@ -86,7 +88,7 @@ class ContactShare:
 
 
 @dataclass(frozen=True, eq=False)
-class RandomTouches(Frozen):
+class RandomTouches(Noun):
     """`count` touches of a finger, each number drawn evenly from its range.
 
     Shard k is drawn by `numpy.random.default_rng([seed, k])` alone: its bits do not depend on the others, nor on who
@@ -140,22 +142,20 @@ class RandomTouches(Frozen):
 
     finger: Finger
     contacts: tuple[ContactShare, ...]
-    count: int
+    count: Annotated[int, Whole(1, 10**12)]
     force: tuple[float, float]
     position: tuple[float, float] | None = None
     across: tuple[float, float] | None = None
     angle: tuple[float, float] = (0.0, 0.0)
     azimuth: tuple[float, float] = (0.0, 0.0)
     noise: tuple[float, float] = (1.0, 1.0)
-    faults: Mapping[str, float] = field(default_factory=dict)
-    shard: int = 100_000
-    seed: int = 0
+    faults: Annotated[Mapping[str, float], Fix('faults={"dead": 0.01}')] = field(default_factory=dict)
+    shard: Annotated[int, Whole(1, 10**7)] = 100_000
+    seed: Annotated[int, Whole(0, 2**63 - 1)] = 0
 
     def __post_init__(self) -> None:
         finger_needed(self.finger)
-        shares = _check.several("contacts", self.contacts, ContactShare, '[ContactShare("hertz", ...)]')
-        object.__setattr__(self, "contacts", shares)
-        _check.noun("faults", self.faults, Mapping, 'faults={"dead": 0.01}')
+        super().__post_init__()
         if len({contact.local for contact in self.contacts}) != 1:
             seen = f"contacts {', '.join(contact.family for contact in self.contacts) or 'of no family'}"
             rule = "all have to be long, with forces in N/m, or all local, with forces in N"
@@ -171,9 +171,6 @@ class RandomTouches(Frozen):
             if given is not None and _check.real(name, given).any():
                 rule = "a long contact is the same at every z"
                 raise InvalidValueError(f"{name} = {_check.shown(given)}", rule, f"leave out {name}")
-        for name, least, most in (("count", 1, 10**12), ("shard", 1, 10**7), ("seed", 0, 2**63 - 1)):
-            whole = _check.whole(name, getattr(self, name), at_least=least, at_most=most)
-            object.__setattr__(self, name, whole)
         for name in ("position", "across"):
             if getattr(self, name) is None:
                 ends = np.asarray(array.y if name == "position" else array.z)
