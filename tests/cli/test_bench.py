@@ -46,7 +46,7 @@ def test_the_finger_written_is_the_one_that_was_touched(session):
     lines = [json.loads(line) for line in run.out.splitlines()]
     assert [lines[0]["said"], lines[-2]["said"], lines[-1]["said"]] == ["rest", "reached", "written"]
     drawn, found = ss.load(folder / "finger.toml"), ss.load(folder / "out.toml")
-    robot = Robot(drawn, seed="3")
+    robot = Robot(drawn, seed=3)
     true = robot.finger.array
     ratio = np.asarray(found.finger.array.gain) / np.asarray(true.gain)
     assert ratio / ratio.mean() == pytest.approx(np.ones(6), abs=0.03)
@@ -60,7 +60,7 @@ def test_the_stage_presses_as_hard_as_it_is_told(session):
     folder, run = session
     assert run.code == 0
     drawn, found = ss.load(folder / "finger.toml"), ss.load(folder / "out.toml")
-    true = Robot(drawn, seed="3").finger.array
+    true = Robot(drawn, seed=3).finger.array
     assert np.asarray(found.finger.array.gain) == pytest.approx(np.asarray(true.gain), rel=0.05)
 
 
@@ -93,7 +93,7 @@ def test_words_that_are_typed(session):
         (("-o", "x.toml"), "nothing says where the device is"),
         (("--port", "robot", "-o", "x.toml", "--positions", "3 mm:1 mm:1 mm"), "first:last:step"),
         (("--port", "robot?rate=many", "-o", "x.toml"), "a number is needed"),
-        (("--port", "robot?seed=-1", "-o", "x.toml"), "robot?seed = -1.0: a whole number"),
+        (("--port", "robot?seed=-1", "-o", "x.toml"), "robot?seed = -1: a whole number"),
         (("--port", "robot", "-o", "-"), "-o -: what happens is said on standard output"),
         (("--port", "robot", "-o", "none/x.toml"), "there is no folder none"),
         (("--port", "robot", "-o", "x.toml", "--accuracy", "2 s"), "2 s"),

@@ -418,7 +418,7 @@ def test_a_finger_is_calibrated_touch_by_touch(running, asked, tmp_path, monkeyp
         kept = ask("accept", name="out.toml")
         assert "such a file already" in ask("accept", name="out.toml")["error"]
     drawn, found = finger_of(EXAMPLE), ss.load(tmp_path / "out.toml")
-    robot = Robot(drawn, seed="3")
+    robot = Robot(drawn, seed=3)
     true = np.asarray(robot.finger.array.gain)
     assert found.differences
     assert kept["text"] == (tmp_path / "out.toml").read_text("utf-8")

@@ -72,6 +72,6 @@ class BareChain:
         readings = (raw if self._index is None else raw[:, self._index]) * self._scale
         batch = Batch(
             np.concatenate(times), device, frames.sequence, raw, readings, np.zeros(len(raw), dtype=bool), frames.lost,
-            frames.bad, None, None, (), host_time, first, command, values or {},
+            frames.bad, host_time=host_time, first=first, command=command, values=values or {},
         )  # fmt: skip
         return (clock, first + len(frames)), batch

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
 from .._frozen import Frozen
-from .events import Event
+
+if TYPE_CHECKING:
+    from .events import Event
 
 __all__ = ["Batch"]
 
@@ -59,12 +61,12 @@ class Batch(Frozen):
     raw: FloatArray
     readings: FloatArray
     free: npt.NDArray[np.bool_]
-    lost: int
-    bad: int
-    found: Any
-    decision: Any
-    events: tuple[Event, ...]
-    host_time: float
+    lost: int = 0
+    bad: int = 0
+    found: Any = None
+    decision: Any = None
+    events: tuple[Event, ...] = ()
+    host_time: float = np.nan
     first: int = 0
     command: str = ""
     values: Mapping[str, Any] = field(default_factory=dict)

@@ -290,7 +290,7 @@ class Chain(Frozen):
         raw = np.empty((0, len(self.channels)))
         return Batch(
             none, none, np.empty(0, dtype=np.int64), raw, no, np.empty(0, dtype=bool), frames.lost, frames.bad,
-            None, None, tuple(events), host, first, command, values or {},
+            events=tuple(events), host_time=host, first=first, command=command, values=values or {},
         )  # fmt: skip
 
     def _paced(self, before: ChainState, time: FloatArray, device: FloatArray, broken: bool) -> tuple[float, float]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
-from urllib.parse import parse_qsl
 
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..io.finger_file import FingerFile
 from ..io.lines_of import wrong_in
 from .drivers import Driver, from_table
+from .options import written
 from .ports import FilePort, Log, Port, opened
 
 __all__ = ["connected"]
@@ -46,11 +46,8 @@ def _driver(given: Driver | str | Mapping[str, Any] | None, port: Port, file: Fi
     if isinstance(given, Driver):
         return given
     if isinstance(given, str):
-        name, _, query = given.partition("?")
-        values = {
-            key: int(text) if text.isdecimal() else text for key, text in parse_qsl(query, keep_blank_values=True)
-        }
-        return from_table({"name": name, **values})
+        name, options = written(given)
+        return from_table({"name": name, **{k: int(text) if text.isdecimal() else text for k, text in options.items()}})
     if given is not None:
         return from_table(given)
     if port.driver is not None:

@@ -12,9 +12,10 @@ from .._path import path_of
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..io.files import check_target
 from ..io.finger_file import FingerFile
+from .batch import Batch
 from .convert import check_kind, convert
 from .recording.about import About
-from .recording.rows import Counted, RecordedStep
+from .recording.rows import Counted
 from .recording.stream import ENDING, Growing
 
 __all__ = ["Recorder"]
@@ -105,7 +106,7 @@ class Recorder:
         self.frames = 0
         self._counted = Counted(self.about)
         self._most = max(min(_FRAMES, _ROOM // (len(self.about.channels) + len(self.about.names))), 1)
-        self._waiting: list[RecordedStep] = []
+        self._waiting: list[Batch] = []
         self._count, self._closing, self._closed = 0, False, False
         self._change = threading.Condition()
         self._ended = threading.Event()
@@ -122,7 +123,7 @@ class Recorder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def put(self, batch: RecordedStep) -> None:
+    def put(self, batch: Batch) -> None:
         """Take what came out of a step of the chain; waits while too much is still to be written.
 
         Parameters

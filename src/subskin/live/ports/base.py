@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
+from contextlib import suppress
+from importlib import import_module
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from ..._registry import Named
 from ...errors import SubskinError
 from ..drivers.base import Driver
 
-__all__ = ["Port", "PortEnded", "PortLost"]
+__all__ = ["HeldPort", "Port", "PortEnded", "PortLost", "needed"]
+
+_PACKAGES = {"serial": "pyserial"}
 
 
 class PortLost(SubskinError):
@@ -103,3 +107,55 @@ class Port(Named, ABC):
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
+
+
+class HeldPort(Port):
+    """A port that holds something open: a file, a socket, a stream of a library."""
+
+    _held: Any = None
+
+    @abstractmethod
+    def _begun(self) -> Any:
+        """What is held, open; raises as `reopen`."""
+
+    def _ended(self, held: Any) -> None:
+        held.close()
+
+    @property
+    def _own(self) -> Any:
+        """What is held; raises a PortLost where it is closed."""
+        if self._held is None:
+            raise PortLost(self.name, "it is closed", "open it again")
+        return self._held
+
+    def _gone(self, seen: str, fix: str) -> PortLost:
+        """The error of what is no longer there; it is closed."""
+        self.close()
+        return PortLost(self.name, seen, fix)
+
+    def close(self) -> None:  # noqa: D102
+        held, self._held = self._held, None
+        if held is not None:
+            with suppress(OSError):
+                self._ended(held)
+
+    def reopen(self) -> None:  # noqa: D102
+        self.close()
+        self._held = self._begun()
+
+
+def needed(module: str, extra: str) -> Any:
+    """The module, or an error that says how to install it.
+
+    Raises
+    ------
+    SubskinError
+        It is not installed.
+    """
+    try:
+        return import_module(module)
+    except (ImportError, RuntimeError):  # RuntimeError: of pylsl, without the library beneath it
+        package = _PACKAGES.get(module.split(".")[0], module.split(".")[0])
+        raise SubskinError(
+            f"{package} is not installed", "this port needs it", f'pip install "subskin[{extra}]"'
+        ) from None

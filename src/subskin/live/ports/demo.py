@@ -89,43 +89,35 @@ class Demo(Simulated, name="demo"):
     ----------
     file : FingerFile or None
         The finger.
-    rate : str
+    rate : float
         Frames a second [1/s].
-    faults : str
+    faults : float
         Mean number of faults of each kind a second [1/s].
-    seed : str
+    seed : int
         Seed of noise, drift and faults.
-    batch : str
-        Simulated time [s], as of `Simulated`; "" for real time.
-    duration : str
+    batch : float, optional
+        Simulated time [s], as of `Simulated`; real time if left out.
+    duration : float
         When it ends [s].
 
     Raises
     ------
     InvalidValueError
-        No finger; an option that is no number.
+        No finger; a number out of range.
     """
 
     def __init__(
         self,
         file: FingerFile | None,
-        rate: str = "500",
-        faults: str = "0",
-        seed: str = "0",
-        batch: str = "",
-        duration: str = "inf",
+        rate: float = 500.0,
+        faults: float = 0.0,
+        seed: int = 0,
+        batch: float | None = None,
+        duration: float = np.inf,
     ) -> None:
         if file is None:
-            raise InvalidValueError(
-                "port demo", "it needs a finger to simulate", "subskin live finger.toml --port demo"
-            )
-        told = {"rate": rate, "faults": faults, "seed": seed, "batch": batch or "1", "duration": duration}
-        numbers = {}
-        for key, text in told.items():
-            try:
-                numbers[key] = float(text)
-            except ValueError:
-                raise InvalidValueError(f"demo?{key}={text}", "a number is needed", f"demo?{key}=1") from None
+            rule, fix = "it needs a finger to simulate", "subskin live finger.toml --port demo"
+            raise InvalidValueError("port demo", rule, fix)
         array = file.finger.array
         scale = np.broadcast_to(1.0 if file.recording is None else file.recording.scale, (len(array),))
         self._scale = scale if file.live is None else file.live.scale
@@ -135,9 +127,8 @@ class Demo(Simulated, name="demo"):
         noise = np.broadcast_to(np.asarray(array.noise), (len(array),))
         noise = noise / self._scale
         super().__init__(
-            self._pressed, board(channels_of(file)), rate=numbers["rate"], faults=Faults.all(numbers["faults"]),
-            noise=noise, drift=0.3 * noise, skew=37e-6, seed=int(numbers["seed"]), duration=numbers["duration"],
-            batch=numbers["batch"] if batch else None,
+            self._pressed, board(channels_of(file)), rate=rate, faults=Faults.all(faults), noise=noise,
+            drift=0.3 * noise, skew=37e-6, seed=seed, duration=duration, batch=batch,
         )  # fmt: skip
         self.name = "demo"
 

@@ -8,25 +8,22 @@ import stat
 import sys
 
 from ...errors import FileError
-from .base import Port, PortEnded, PortLost
+from .base import HeldPort, PortEnded, PortLost
 
 __all__ = ["FilePort", "StandardInput"]
 
 _MOST = 1 << 16
 
 
-class _Descriptor(Port):
+class _Descriptor(HeldPort):
     """What an open descriptor gives; a regular file as fast as it is read."""
 
-    _number = -1
-
     def read(self, timeout: float) -> bytes:
-        if self._number < 0:
-            raise PortLost(self.name, "it is closed", "open it again")
+        number: int = self._own
         try:
-            if self.real_time and not select.select([self._number], [], [], timeout)[0]:
+            if self.real_time and not select.select([number], [], [], timeout)[0]:
                 return b""
-            data = os.read(self._number, _MOST)
+            data = os.read(number, _MOST)
         except BlockingIOError:
             return b""
         except OSError as error:
@@ -38,7 +35,7 @@ class _Descriptor(Port):
     @property
     def real_time(self) -> bool:
         """Whether bytes come in their own time: not of a regular file, and not known of a pipe on Windows."""
-        return os.name == "posix" and not stat.S_ISREG(os.fstat(self._number).st_mode)
+        return os.name == "posix" and not stat.S_ISREG(os.fstat(self._own).st_mode)
 
     def write(self, data: bytes) -> None:
         pass
@@ -75,24 +72,22 @@ class FilePort(_Descriptor, name="file"):
     @property
     def regular(self) -> bool:
         """Whether it is a file that holds all its bytes already, and no pipe into which they come."""
-        return self._number >= 0 and stat.S_ISREG(os.fstat(self._number).st_mode)
+        return self._held is not None and stat.S_ISREG(os.fstat(self._held).st_mode)
 
-    def reopen(self) -> None:  # noqa: D102
-        self.close()
+    def _begun(self) -> int:
         if not self._path:
             raise FileError("file:", "the name of a file is needed", "file:log.bin")
         try:
-            self._number = os.open(self._path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+            number = os.open(self._path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
         except OSError as error:
             raise FileError(self._path, f"it cannot be read ({error.strerror})", "check the name") from None
-        if stat.S_ISDIR(os.fstat(self._number).st_mode):
-            self.close()
-            raise FileError(self._path, "it is a folder", "name a file in it")
-
-    def close(self) -> None:  # noqa: D102
-        number, self._number = self._number, -1
-        if number >= 0:
+        if stat.S_ISDIR(os.fstat(number).st_mode):
             os.close(number)
+            raise FileError(self._path, "it is a folder", "name a file in it")
+        return number
+
+    def _ended(self, held: int) -> None:
+        os.close(held)
 
 
 class StandardInput(_Descriptor, name="-"):
@@ -108,11 +103,11 @@ class StandardInput(_Descriptor, name="-"):
         self.name = "standard input"
         self.reopen()
 
-    def reopen(self) -> None:  # noqa: D102
+    def _begun(self) -> int:
         try:
-            self._number = sys.stdin.fileno()
+            return sys.stdin.fileno()
         except (AttributeError, OSError, ValueError):
             raise PortLost(self.name, "it is closed", "pipe bytes into it") from None
 
-    def close(self) -> None:  # noqa: D102
-        self._number = -1
+    def _ended(self, held: int) -> None:
+        pass  # it is not ours to close

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .needs import needed
+from .base import needed
 
 __all__ = ["PluggedIn", "listed"]
 

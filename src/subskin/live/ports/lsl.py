@@ -8,8 +8,7 @@ import numpy as np
 
 from ..drivers.fields import Field
 from ..drivers.fixed import Fixed
-from .base import Port, PortLost
-from .needs import needed
+from .base import HeldPort, PortLost, needed
 
 __all__ = ["LslPort"]
 
@@ -17,7 +16,7 @@ _MOST = 4096
 _PATIENCE = 5.0
 
 
-class LslPort(Port, name="lsl"):
+class LslPort(HeldPort, name="lsl"):
     """`lsl:NAME`: a stream of numbers on the network; its samples are frames, timed by the clock of the sender.
 
     Parameters
@@ -33,47 +32,43 @@ class LslPort(Port, name="lsl"):
 
     def __init__(self, stream: str) -> None:
         self.name, self._stream = f"lsl:{stream}", stream
-        self._inlet: Any = None
         self.reopen()
 
-    def reopen(self) -> None:  # noqa: D102
+    def _begun(self) -> Any:
         lsl, util = needed("pylsl", "lsl"), needed("pylsl.util", "lsl")
-        self.close()
         found = lsl.resolve_byprop("name", self._stream, 1, _PATIENCE)
         if not found:
             raise PortLost(self.name, "no such stream is there", "check its name, and that it sends")
         if found[0].channel_format() == lsl.cf_string:
             raise PortLost(self.name, "it sends texts", "a stream of numbers")
         self._lost = util.LostError
-        self._inlet = lsl.StreamInlet(found[0], recover=False)
+        inlet = lsl.StreamInlet(found[0], recover=False)
         try:
-            names = _names(self._inlet.info(_PATIENCE))
+            names = _names(inlet.info(_PATIENCE))
         except (util.LostError, util.TimeoutError):
-            self.close()
+            inlet.close_stream()
             raise PortLost(self.name, "it does not answer", "check the network") from None
         time = Field("time", "f64", "time")
         self.driver = Fixed([time, *(Field(name, "f64") for name in names)], start=b"LSL", check="crc32")
+        return inlet
 
     def read(self, timeout: float) -> bytes:  # noqa: D102
-        if self._inlet is None or self.driver is None:
-            raise PortLost(self.name, "it is closed", "open it again")
+        inlet = self._own
+        assert self.driver is not None
         try:  # pull_chunk would wait for all that it may hold
-            sample, time = self._inlet.pull_sample(timeout)
+            sample, time = inlet.pull_sample(timeout)
             if sample is None:
                 return b""
-            more, times = self._inlet.pull_chunk(0.0, _MOST)
+            more, times = inlet.pull_chunk(0.0, _MOST)
         except self._lost:
-            self.close()
-            raise PortLost(self.name, "the stream is gone", "start its sender again") from None
+            raise self._gone("the stream is gone", "start its sender again") from None
         return self.driver.encode(np.array([sample, *more], dtype=np.float64), [time, *times])
 
     def write(self, data: bytes) -> None:  # noqa: D102
         pass  # a stream takes no commands
 
-    def close(self) -> None:  # noqa: D102
-        inlet, self._inlet = self._inlet, None
-        if inlet is not None:
-            inlet.close_stream()
+    def _ended(self, held: Any) -> None:
+        held.close_stream()
 
 
 def _names(info: Any) -> list[str]:

@@ -6,7 +6,7 @@ import select
 import socket
 
 from ...errors import InvalidValueError
-from .base import Port, PortLost
+from .base import HeldPort, PortLost
 
 __all__ = ["TcpPort", "UdpPort"]
 
@@ -29,23 +29,14 @@ def address(text: str, scheme: str) -> tuple[str, int]:
     return host.strip("[]") or "127.0.0.1", int(number)
 
 
-class _Socket(Port):
-    _socket: socket.socket | None = None
-
+class _Socket(HeldPort):
     def _ready(self, timeout: float) -> socket.socket | None:
         """The socket where bytes have come, or None."""
-        if self._socket is None:
-            raise PortLost(self.name, "it is closed", "open it again")
-        return self._socket if select.select([self._socket], [], [], timeout)[0] else None
+        its: socket.socket = self._own
+        return its if select.select([its], [], [], timeout)[0] else None
 
-    def _gone(self, error: object, fix: str) -> PortLost:
-        self.close()
-        return PortLost(self.name, f"the connection is gone ({error})", fix)
-
-    def close(self) -> None:
-        its, self._socket = self._socket, None
-        if its is not None:
-            its.close()
+    def _cut(self, error: object, fix: str = "check the network") -> PortLost:
+        return self._gone(f"the connection is gone ({error})", fix)
 
 
 class TcpPort(_Socket, name="tcp"):
@@ -69,15 +60,15 @@ class TcpPort(_Socket, name="tcp"):
         self.name = f"tcp:{where}"
         self.reopen()
 
-    def reopen(self) -> None:  # noqa: D102
-        self.close()
+    def _begun(self) -> socket.socket:
         try:
-            self._socket = socket.create_connection(self._where, timeout=_PATIENCE)
+            its = socket.create_connection(self._where, timeout=_PATIENCE)
         except (OSError, UnicodeError) as error:
             rule = f"nobody answers ({getattr(error, 'strerror', None) or error})"
             raise PortLost(self.name, rule, "check the address, and that the device sends") from None
-        self._socket.setblocking(False)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        its.setblocking(False)
+        its.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return its
 
     def read(self, timeout: float) -> bytes:  # noqa: D102
         its = self._ready(timeout)
@@ -88,20 +79,19 @@ class TcpPort(_Socket, name="tcp"):
         except BlockingIOError:
             return b""
         except OSError as error:
-            raise self._gone(error.strerror, "check the network") from None
+            raise self._cut(error.strerror) from None
         if not data:
-            raise self._gone("closed by the other side", "start the device again")
+            raise self._cut("closed by the other side", "start the device again")
         return data
 
     def write(self, data: bytes) -> None:  # noqa: D102
-        if self._socket is None:
-            raise PortLost(self.name, "it is closed", "open it again")
+        its = self._own
         try:
-            self._socket.settimeout(_PATIENCE)
-            self._socket.sendall(data)
-            self._socket.setblocking(False)
+            its.settimeout(_PATIENCE)
+            its.sendall(data)
+            its.setblocking(False)
         except OSError as error:
-            raise self._gone(error.strerror or error, "check the network") from None
+            raise self._cut(error.strerror or error) from None
 
 
 class UdpPort(_Socket, name="udp"):
@@ -127,18 +117,19 @@ class UdpPort(_Socket, name="udp"):
         self.name = f"udp:{where}"
         self.reopen()
 
-    def reopen(self) -> None:  # noqa: D102
-        self.close()
+    def _begun(self) -> socket.socket:
         self._sender: tuple[str, int] | None = None
+        its: socket.socket | None = None
         try:
             family = socket.AF_INET6 if ":" in self._where[0] else socket.AF_INET
             its = socket.socket(family, socket.SOCK_DGRAM)
-            self._socket = its
             its.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _MOST)
             its.bind(self._where)
             its.setblocking(False)
+            return its
         except OSError as error:
-            self.close()
+            if its is not None:
+                its.close()
             raise PortLost(self.name, f"it cannot be listened at ({error.strerror})", "another port") from None
 
     def read(self, timeout: float) -> bytes:  # noqa: D102
@@ -151,7 +142,7 @@ class UdpPort(_Socket, name="udp"):
             except BlockingIOError:
                 break
             except OSError as error:
-                raise self._gone(error.strerror, "check the network") from None
+                raise self._cut(error.strerror) from None
             if self._sender is None:
                 self._sender = sender
             if sender[0] == self._sender[0]:
@@ -160,5 +151,5 @@ class UdpPort(_Socket, name="udp"):
         return b"".join(packets)
 
     def write(self, data: bytes) -> None:  # noqa: D102
-        if self._socket is not None and self._sender is not None and data:
-            self._socket.sendto(data, self._sender)
+        if self._held is not None and self._sender is not None and data:
+            self._held.sendto(data, self._sender)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qsl
 
-from ...errors import InvalidValueError, UnknownOptionError
+from ...errors import InvalidValueError
+from ..options import made, named_among, written
 from .base import Port
 
 if TYPE_CHECKING:
     from ...io import FingerFile
 
 __all__ = ["opened", "schemes"]
+
+_WHOLE = ("file", "ws")
+"""Ports whose address may have a question mark of its own."""
 
 
 def schemes() -> dict[str, type[Port]]:
@@ -55,33 +56,16 @@ def opened(where: str, file: FingerFile | None = None) -> Port:
     Traceback (most recent call last):
     subskin.errors.InvalidValueError: tcp:nowhere: a host and a port are needed. Fix: tcp:127.0.0.1:5000.
     """
-    known = schemes()
     text = f"serial:{where}" if where.startswith("/dev/") or where.upper().startswith("COM") else where
     kind, _, rest = text.partition(":")
-    if kind not in known and kind.partition("?")[0] in known:
-        kind, mark, options = kind.partition("?")
-        rest = mark + options
-    if kind not in known:
-        close = difflib.get_close_matches(kind, list(known), n=1)
-        fix = f"did you mean {close[0]}:" if close else "serial:/dev/ttyACM0, tcp:host:port, udp:, ws:, file:, -, demo"
-        raise InvalidValueError(f'port "{where}"', "no such kind of port is known", fix)
-    position, _, query = rest.rpartition("?") if "?" in rest and kind not in ("file", "ws") else (rest, "", "")
-    options_given: dict[str, Any] = dict(parse_qsl(query, keep_blank_values=True))
-    kind_of: Callable[..., Port] = known[kind]
-    takes = inspect.signature(kind_of).parameters
-    first = _first(takes)
+    if kind not in schemes() and kind.partition("?")[0] in schemes():
+        kind, rest = kind.partition("?")[0], text.removeprefix(kind.partition("?")[0])
+    fix = "serial:/dev/ttyACM0, tcp:host:port, udp:, ws:, file:, -, demo"
+    port = named_among(schemes(), kind, f'port "{where}"', "kind of port", fix, "{}:")
+    position, options = (rest, {}) if kind in _WHOLE else written(rest)
+    takes = inspect.signature(port).parameters
+    first = next((name for name, one in takes.items() if one.default is one.empty and name != "file"), "")
     if position and not first:
         raise InvalidValueError(f'port "{where}"', f"{kind} has no address", kind)
-    allowed = [name for name in takes if name not in ("file", first)]
-    for option in options_given:
-        if option not in allowed:
-            rule = f"a port {kind}: has no such option"
-            raise UnknownOptionError(f'option "{option}"', rule, f"known: {', '.join(allowed) or 'none'}")
-    if "file" in takes:
-        options_given["file"] = file
-    return kind_of(position, **options_given) if first else kind_of(**options_given)
-
-
-def _first(takes: Any) -> str:
-    """The name of what says where the port is, or "" where there is but one."""
-    return next((name for name, one in takes.items() if one.default is one.empty and name != "file"), "")
+    fixed: dict[str, Any] = {first: position} if first else {}
+    return made(port, kind, options, fixed | ({"file": file} if "file" in takes else {}), texts=True)

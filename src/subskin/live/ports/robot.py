@@ -34,48 +34,42 @@ class Robot(Simulated, name="robot"):
     ----------
     file : FingerFile or None
         The finger as drawn.
-    rate : str
+    rate : float
         Frames a second [1/s].
-    seed : str
+    seed : int
         Seed of the noise, and of what the real finger is.
-    force : str
-        Force of each touch [N/m, on an area N]; "" for a force that the sensors read well.
+    force : float, optional
+        Force of each touch [N/m, on an area N]; a force that the sensors read well if left out.
 
     Raises
     ------
     InvalidValueError
-        No finger; an option that is no number.
+        No finger; a number out of range.
 
     Examples
     --------
     >>> import subskin as ss
     >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 2e-3\ndepth = 2e-3\nnoise = 1e-4"
-    >>> robot = Robot(ss.io.parse_finger(text), seed="1")
+    >>> robot = Robot(ss.io.parse_finger(text), seed=1)
     >>> robot.press(1e-3)
     >>> robot.lift()
     """
 
-    def __init__(self, file: FingerFile | None, rate: str = "500", seed: str = "0", force: str = "") -> None:
+    def __init__(
+        self, file: FingerFile | None, rate: float = 500.0, seed: int = 0, force: float | None = None
+    ) -> None:
         if file is None:
-            raise InvalidValueError(
-                "port robot", "it needs a finger to touch", "subskin bench finger.toml --port robot"
-            )
-        numbers = {}
-        for key, text in (("rate", rate), ("seed", seed), ("force", force or "0")):
-            try:
-                numbers[key] = float(text)
-            except ValueError:
-                raise InvalidValueError(f"robot?{key}={text}", "a number is needed", f"robot?{key}=1") from None
-        drawn = _check.whole("robot?seed", numbers["seed"], at_least=0, at_most=2**53, fix="robot?seed=1")
-        _check.scalar("robot?rate", numbers["rate"], above=0.0, fix="robot?rate=500")
-        _check.scalar("robot?force", numbers["force"], at_least=0.0, fix="robot?force=20")
-        self.origin, self.finger = _real(file, drawn)
-        self.force = numbers["force"] or usual_force(file.finger)
+            rule, fix = "it needs a finger to touch", "subskin bench finger.toml --port robot"
+            raise InvalidValueError("port robot", rule, fix)
+        seed = _check.whole("robot?seed", seed, at_least=0, at_most=2**53, fix="robot?seed=1")
+        rate = _check.scalar("robot?rate", rate, above=0.0, fix="robot?rate=500")
+        self.origin, self.finger = _real(file, seed)
+        given = 0.0 if force is None else _check.scalar("robot?force", force, at_least=0.0, fix="robot?force=20")
+        self.force = given or usual_force(file.finger)
         self._moves: list[tuple[float, Any, float]] = []
         noise = np.broadcast_to(np.asarray(self.finger.array.noise), (len(self.finger.array),))
         super().__init__(
-            self._felt, board(channels_of(file)), rate=numbers["rate"], noise=noise, drift=0.1 * noise, skew=20e-6,
-            seed=drawn,
+            self._felt, board(channels_of(file)), rate=rate, noise=noise, drift=0.1 * noise, skew=20e-6, seed=seed
         )  # fmt: skip
         self.name = "robot"
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from typing import Any
 
-from .base import Port, PortLost
-from .needs import needed
+from .base import HeldPort, PortLost, needed
 
 __all__ = ["WebSocketPort"]
 
@@ -18,7 +17,7 @@ _MOST = 1 << 20
 _PATIENCE = 5.0
 
 
-class WebSocketPort(Port, name="ws"):
+class WebSocketPort(HeldPort, name="ws"):
     """`ws://HOST:PORT`: a server that sends messages, such as Xela's at ws://localhost:5000.
 
     Parameters
@@ -34,53 +33,47 @@ class WebSocketPort(Port, name="ws"):
 
     def __init__(self, where: str) -> None:
         self.name = f"ws:{where}"
-        self._open: Any = None
-        self._held = ExitStack()
+        self._stack = ExitStack()
         self.reopen()
 
-    def reopen(self) -> None:  # noqa: D102
+    def _begun(self) -> Any:
         client = needed("websockets.sync.client", "live")
         exceptions = needed("websockets.exceptions", "live")
-        self.close()
         limits = {"max_size": _LARGEST, "max_queue": _WAITING, "open_timeout": _PATIENCE, "close_timeout": 1.0}
         try:
-            self._open = self._held.enter_context(client.connect(self.name, compression=None, proxy=None, **limits))
+            return self._stack.enter_context(client.connect(self.name, compression=None, proxy=None, **limits))
         except (OSError, ValueError, EOFError, exceptions.WebSocketException) as error:
             rule = f"no WebSocket answers ({str(error)[:100]})"
             raise PortLost(self.name, rule, "check the address, ws://localhost:5000") from None
 
     def read(self, timeout: float) -> bytes:  # noqa: D102
-        if self._open is None:
-            raise PortLost(self.name, "it is closed", "open it again")
+        socket = self._own
         closed = needed("websockets.exceptions", "live").ConnectionClosed
         parts: list[bytes] = []
         size = 0
         while size < _MOST:
             try:
-                message = self._open.recv(timeout=0.0 if parts else timeout)
+                message = socket.recv(timeout=0.0 if parts else timeout)
             except TimeoutError:
                 break
             except closed as error:
                 if parts:  # said at the next call
                     break
-                self.close()
-                rule = f"the connection is gone ({str(error)[:100]})"
-                raise PortLost(self.name, rule, "start the server again") from None
+                seen = f"the connection is gone ({str(error)[:100]})"
+                raise self._gone(seen, "start the server again") from None
             parts.append(_line(message))
             size += len(parts[-1])
         return b"".join(parts)
 
     def write(self, data: bytes) -> None:  # noqa: D102
-        if self._open is not None and data:
+        if self._held is not None and data:
             try:
-                self._open.send(data)
+                self._held.send(data)
             except needed("websockets.exceptions", "live").ConnectionClosed:
-                self.close()
-                raise PortLost(self.name, "the connection is gone", "start the server again") from None
+                raise self._gone("the connection is gone", "start the server again") from None
 
-    def close(self) -> None:  # noqa: D102
-        self._open = None
-        self._held.close()
+    def _ended(self, held: Any) -> None:
+        self._stack.close()
 
 
 def _line(message: str | bytes) -> bytes:

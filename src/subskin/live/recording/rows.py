@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
+from ..batch import Batch
 from .about import About
 from .found import decided_columns, found_columns
 from .table import COMMAND, DTYPE, EMPTY, EVENT, FRAME, STEP, columns_of, schema_of
@@ -18,67 +18,7 @@ from .table import COMMAND, DTYPE, EMPTY, EVENT, FRAME, STEP, columns_of, schema
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Counted", "RecordedStep", "rows_of", "table_of"]
-
-
-class RecordedStep(Protocol):
-    """What is recorded of a step: a `Batch` of a chain has it."""
-
-    @property
-    def host_time(self) -> float:
-        """When it went in, by the host's clock [s]."""
-
-    @property
-    def command(self) -> str:
-        """What was asked; "" where frames went in."""
-
-    @property
-    def values(self) -> Mapping[str, Any]:
-        """With the command."""
-
-    @property
-    def time(self) -> FloatArray:
-        """Of each frame, by the host's clock [s], (n,)."""
-
-    @property
-    def device_time(self) -> FloatArray:
-        """Of each frame, by the device's [s], (n,)."""
-
-    @property
-    def sequence(self) -> npt.NDArray[np.int64]:
-        """The device's number of each frame, (n,)."""
-
-    @property
-    def raw(self) -> FloatArray:
-        """Values of the channels, (n, c)."""
-
-    @property
-    def readings(self) -> FloatArray:
-        """Readings of the sensors, (n, s)."""
-
-    @property
-    def free(self) -> npt.NDArray[np.bool_]:
-        """Which frames are free of contact, (n,)."""
-
-    @property
-    def lost(self) -> int:
-        """Frames that did not arrive."""
-
-    @property
-    def bad(self) -> int:
-        """Frames that arrived broken."""
-
-    @property
-    def found(self) -> Any:
-        """The estimate, or None."""
-
-    @property
-    def decision(self) -> Any:
-        """The decision, or None."""
-
-    @property
-    def events(self) -> Sequence[Any]:
-        """What happened."""
+__all__ = ["Counted", "rows_of", "table_of"]
 
 
 class Counted:
@@ -93,7 +33,7 @@ class Counted:
     def __init__(self, about: About) -> None:
         self.about, self.steps, self.frames = about, 0, 0
 
-    def rows(self, batches: Sequence[RecordedStep]) -> pa.RecordBatch:
+    def rows(self, batches: Sequence[Batch]) -> pa.RecordBatch:
         """The rows of the next batches of a chain."""
         made = rows_of(self.about, batches, self.steps, self.frames)
         self.steps += len(batches)
@@ -101,7 +41,7 @@ class Counted:
         return made
 
 
-def rows_of(about: About, batches: Sequence[RecordedStep], step: int = 0, frame: int = 0) -> pa.RecordBatch:
+def rows_of(about: About, batches: Sequence[Batch], step: int = 0, frame: int = 0) -> pa.RecordBatch:
     """The rows of some batches of a chain, as Arrow holds them.
 
     Parameters
@@ -120,7 +60,7 @@ def rows_of(about: About, batches: Sequence[RecordedStep], step: int = 0, frame:
 
 
 def table_of(
-    about: About, batches: Sequence[RecordedStep], step: int = 0, frame: int = 0
+    about: About, batches: Sequence[Batch], step: int = 0, frame: int = 0
 ) -> dict[str, npt.NDArray[Any]]:
     """The columns of the rows of some batches of a chain.
 
@@ -158,7 +98,7 @@ def table_of(
     return columns
 
 
-def _bare(step: int, batch: RecordedStep) -> dict[str, Any]:
+def _bare(step: int, batch: Batch) -> dict[str, Any]:
     """The row of a step without frames: a command, or nothing that came in time."""
     row = {"kind": COMMAND if batch.command else STEP, "step": step, "host_time": batch.host_time}
     row |= {"lost": batch.lost, "bad": batch.bad}
@@ -187,7 +127,7 @@ def _json(values: Mapping[str, Any]) -> str:
     return json.dumps(plain(dict(values)), allow_nan=False) if values else ""
 
 
-def _frames(batches: Sequence[RecordedStep], about: About) -> dict[str, Any]:
+def _frames(batches: Sequence[Batch], about: About) -> dict[str, Any]:
     """The columns of the frames of batches, each of which has some."""
     if not batches:
         return {}

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..._check import FloatArray
-from ..._frozen import Frozen
 from ..._path import path_of
 from ...errors import FileError
 from ...io.files import replacing
 from ...io.finger_file import FingerFile, parse_finger
+from ..batch import Batch
 from ..recording.about import About, versions
 from ..recording.parquet import write_parquet
 from ..recording.rows import Counted
@@ -37,26 +35,6 @@ _READ: dict[str, Callable[[Any], FloatArray]] = {
     "std_msgs/msg/Float64MultiArray": lambda m: np.asarray(m.data, dtype=np.float64),
 }
 """The numbers in a message, by its type."""
-
-
-@dataclass(frozen=True)
-class _Frame(Frozen):
-    """A message, as what is recorded of a step."""
-
-    host_time: float
-    time: FloatArray
-    device_time: FloatArray
-    raw: FloatArray
-    readings: FloatArray
-    bad: int
-    command: str = ""
-    values: Any = field(default_factory=dict)
-    sequence: npt.NDArray[np.int64] = field(default_factory=lambda: np.full(1, -1))
-    free: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, dtype=bool))
-    lost: int = 0
-    found: Any = None
-    decision: Any = None
-    events: tuple[Any, ...] = ()
 
 
 def is_bag(path: str | Path) -> bool:
@@ -158,7 +136,7 @@ class _Made:
                 held = []
         yield counted.rows(held)
 
-    def _frames(self) -> Iterator[_Frame]:
+    def _frames(self) -> Iterator[Batch]:
         for time, message in self._messages:
             values = _READ[self._kind](message).reshape(-1)
             if not self._width and values.size:
@@ -170,7 +148,8 @@ class _Made:
             readings = np.full((1, self._sensors), np.nan)
             bad, self._bad = self._bad, 0
             self.count += 1
-            yield _Frame(float(at[0]), at, self._sent(message), values[None], readings, bad)
+            none, no = np.full(1, -1), np.zeros(1, dtype=bool)
+            yield Batch(at, self._sent(message), none, values[None], readings, no, bad=bad, host_time=float(at[0]))
 
     def _sent(self, message: Any) -> FloatArray:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
