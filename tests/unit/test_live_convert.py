@@ -19,11 +19,10 @@ from subskin.estimate import Status
 from subskin.live.convert import convert
 from subskin.live.record import Recorder
 from subskin.live.recording import About, opened
-from subskin.live.recording.parquet import write_parquet
+from subskin.live.recording.files import write_parquet
 from subskin.live.recording.rows import rows_of, table_of
 from subskin.live.sinks.bags import read_bag
-from subskin.live.sinks.definitions import DEFINITIONS
-from subskin.live.sinks.filled import Filled
+from subskin.live.sinks.filled import DEFINITIONS, Filled
 from subskin.live.sinks.messages import typestore
 
 from .. import _commands
@@ -226,7 +225,7 @@ def test_a_bag_becomes_a_recording(recording, mcap, steps, tmp_path, kind):
 
 
 def test_an_mcap_that_was_cut_gives_what_is_in_it(recording, tmp_path):
-    from subskin.live.sinks.mcap import CHUNK
+    from subskin.live.sinks.messages import CHUNK
 
     assert CHUNK <= 1 << 18
     about = None

@@ -18,8 +18,8 @@ import subskin as ss
 from subskin.errors import FileError, InvalidValueError
 from subskin.live.record import Recorder
 from subskin.live.recording import About, opened, recover
+from subskin.live.recording.files import Growing
 from subskin.live.recording.rows import Counted
-from subskin.live.recording.stream import Growing
 
 from . import _live
 

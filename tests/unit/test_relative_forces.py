@@ -142,7 +142,7 @@ def test_one_force_of_all_touches_may_be_stated(rig):
 
 
 def test_recordings_write_no_newtons(rig):
-    from subskin.live.recording.about import About
+    from subskin.live.recording.layout import About
 
     for name, newtons in (("relative", False), ("newtons", True)):
         about = About.for_finger(ss.load(rig / f"{name}.toml"), ["s0"], 0.0, "")

@@ -71,9 +71,9 @@ def run(options: argparse.Namespace) -> int:
     from ..io.units import quantity
     from ..live.bare import BareChain
     from ..live.bench import Bench
-    from ..live.bench_file import calibrated, candidates_of
     from ..live.connecting import connected
     from ..live.run import Live
+    from ..live.session import calibrated, candidates_of
 
     if options.out == "-":
         raise InvalidValueError("-o -", "what happens is said on standard output", "-o calibrated.toml")
@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
             raise
     found = bench.result(session.state, accept_misfit=options.accept_misfit)
     with said_of(options.out):
-        io.save_finger(calibrated(bench, found), options.out)
+        io.save_finger(calibrated(file, bench.fit, found), options.out)
     if options.json:
         session.line({"said": "written", "file": options.out, "r2": found.r2, "error": session.state.error})
     else:

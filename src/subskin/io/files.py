@@ -17,7 +17,17 @@ from typing import BinaryIO
 from .._path import path_of
 from ..errors import FileError
 
-__all__ = ["apart", "check_target", "opened", "read_bytes", "replacing", "size_of", "to_standard_output", "write_bytes"]
+__all__ = [
+    "apart",
+    "check_target",
+    "making",
+    "opened",
+    "read_bytes",
+    "replacing",
+    "size_of",
+    "to_standard_output",
+    "write_bytes",
+]
 
 
 @contextlib.contextmanager
@@ -201,6 +211,26 @@ def _spooled() -> Iterator[Path]:
             to_standard_output(iter(lambda: file.read(1 << 20), b""))
     finally:
         part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def making(path: Path) -> Iterator[Path]:
+    """A name for a new folder beside `path`, which takes its place when the block ends well, and is removed when not.
+
+    Raises
+    ------
+    FileError
+        There is something at `path`, or it cannot be made.
+    """
+    if path.exists() or path.is_symlink():
+        raise FileError(str(path), "there is such a folder or file already", "name another folder")
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent) as kept:
+            part = Path(kept) / path.name
+            yield part
+            part.rename(path)
+    except OSError as error:
+        raise FileError(str(path), f"it cannot be written ({error.strerror or error})", "name another folder") from None
 
 
 def to_standard_output(pieces: Iterable[bytes | str], end: str = "") -> None:

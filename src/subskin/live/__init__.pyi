@@ -2,7 +2,7 @@ from . import drivers as drivers
 from . import ports as ports
 from . import record as record
 from . import replay as replay
-from .batch import Batch
+from .batch import Batch, RingBuffer
 from .bench import Bench
 from .chain import Chain, ChainState
 from .clock import ClockMap, ClockState
@@ -10,7 +10,6 @@ from .events import Event
 from .frames import DeviceFrames
 from .record import Recorder
 from .replay import Replay
-from .ring import RingBuffer
 from .run import Live, live
 from .session import BenchState, Said
 

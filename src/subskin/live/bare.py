@@ -9,9 +9,8 @@ import numpy as np
 
 from ..io.finger_file import FingerFile
 from .batch import Batch
-from .channels import columns_of
 from .clock import ClockMap, ClockState
-from .frames import DeviceFrames
+from .frames import DeviceFrames, columns_of
 
 __all__ = ["BareChain"]
 

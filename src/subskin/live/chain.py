@@ -20,10 +20,9 @@ from ..io.finger_file import FingerFile
 from ..stream import Pipeline, Tare, Tared, Undoing
 from ..stream.stage import join
 from .batch import Batch
-from .channels import columns_of, factor_of
 from .clock import ClockMap, ClockState
 from .events import Event, Watch, WatchState
-from .frames import DeviceFrames
+from .frames import DeviceFrames, columns_of, factor_of
 
 __all__ = ["COMMANDS", "Chain", "ChainState", "file_of"]
 

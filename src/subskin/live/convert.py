@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from .._path import path_of
 from ..errors import FileError, UnknownOptionError
 from ..io.files import apart, check_target, replacing
-from .recording.parquet import write_parquet
+from ..io.tables import TableWriter
+from .recording.files import write_parquet
+from .recording.layout import columns_of
 from .recording.source import RowSource, opened
 
 __all__ = ["FOLDERS", "KINDS", "check_kind", "convert", "write"]
@@ -21,21 +26,29 @@ def _parquet(recording: RowSource, target: Path) -> None:
 
 
 def _csv(recording: RowSource, target: Path) -> None:
-    from .sinks.csv import write_csv
-
-    with replacing(target) as part:
-        write_csv(recording, part)
+    """The same rows and columns; what is not known is an empty cell."""
+    kinds = columns_of(recording.about)
+    empty = {name: np.empty(0, dtype="U1" if kind == "string" else kind) for name, kind in kinds.items()}
+    with replacing(target) as part, closing(TableWriter(part, parquet=False)) as table:
+        table.write(empty)
+        for batch in recording.batches():
+            columns = {}
+            for name, kind in kinds.items():
+                column = batch.column(name)
+                texts = kind == "string"
+                columns[name] = np.array(column.to_pylist(), dtype=object) if texts else column.to_numpy()
+            table.write(columns)
 
 
 def _mcap(recording: RowSource, target: Path, **options: Any) -> None:
-    from .sinks.mcap import write_mcap
+    from .sinks.messages import write_mcap
 
     with replacing(target) as part:
         write_mcap(recording, part, **options)
 
 
 def _rosbag2(recording: RowSource, target: Path, **options: Any) -> None:
-    from .sinks.rosbag2 import write_bag
+    from .sinks.messages import write_bag
 
     write_bag(recording, target, **options)
 

@@ -49,7 +49,11 @@ def named_among(
 
 
 def made(
-    kind: type[_Kind], name: str, options: Mapping[str, Any], fixed: Mapping[str, Any] | None = None, texts: bool = False
+    kind: type[_Kind],
+    name: str,
+    options: Mapping[str, Any],
+    fixed: Mapping[str, Any] | None = None,
+    texts: bool = False,
 ) -> _Kind:
     """One of a class, with options: those that it has not got, of another type, and those that are missing are refused.
 

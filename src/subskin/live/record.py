@@ -14,9 +14,9 @@ from ..io.files import check_target
 from ..io.finger_file import FingerFile
 from .batch import Batch
 from .convert import check_kind, convert
-from .recording.about import About
+from .recording.files import ENDING, Growing
+from .recording.layout import About
 from .recording.rows import Counted
-from .recording.stream import ENDING, Growing
 
 __all__ = ["Recorder"]
 

@@ -15,10 +15,9 @@ from ..errors import FileError, InvalidValueError
 from ..io.finger_file import FingerFile, parse_finger
 from .batch import Batch
 from .chain import Chain, ChainState
-from .recording.about import About
+from .recording.layout import EVENT, About, columns_of, joined
 from .recording.rows import Counted, rows_of
 from .recording.source import OpenRecording, Step, opened
-from .recording.table import EVENT, columns_of, joined
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -18,13 +18,12 @@ from ..errors import InvalidValueError
 from ..finger import Finger
 from ..io.finger_file import FingerFile, load
 from .bare import BareChain
-from .batch import Batch
+from .batch import Batch, RingBuffer
 from .chain import Chain, file_of
 from .connecting import connected
 from .drivers import Driver
 from .frames import DeviceFrames
 from .ports import Port, PortEnded, PortLost
-from .ring import RingBuffer
 
 if TYPE_CHECKING:
     from .record import Recorder

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .checks import Checksum
+from .parts import Checksum
 
 __all__ = ["Bytes", "Flags", "Framer", "Shape"]
 

@@ -12,9 +12,7 @@ from ... import _check
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
-from .checks import CHECKS, Checksum
-from .numbering import Clock, Counter
-from .splitting import Splitter
+from .parts import CHECKS, Checksum, Clock, Counter, Splitter
 
 __all__ = ["Lines", "TakkTile"]
 

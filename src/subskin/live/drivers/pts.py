@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
-from .numbering import Counter
+from .parts import Counter
 
 __all__ = ["Contactile"]
 

@@ -12,8 +12,7 @@ import numpy.typing as npt
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
-from .numbering import Counter
-from .splitting import Splitter
+from .parts import Counter, Splitter
 
 __all__ = ["Xela"]
 

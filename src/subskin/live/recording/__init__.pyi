@@ -1,5 +1,4 @@
-from .about import About
-from .recovery import Recovered, recover
-from .source import OpenRecording, Step, opened
+from .layout import About
+from .source import OpenRecording, Recovered, Step, opened, recover
 
 __all__ = ["About", "OpenRecording", "Recovered", "Step", "opened", "recover"]

@@ -12,11 +12,10 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ...errors import FileError, InvalidValueError
-from ..recording.about import About
+from ...io.files import making
+from ..recording.layout import FRAME, About
 from ..recording.source import RowSource
-from ..recording.table import FRAME
-from .definitions import STATUS
-from .folders import making
+from .filled import STATUS
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -1,20 +1,22 @@
-"""Messages of ROS 2 in bytes (CDR) and the texts that define them, without ROS."""
+"""A recording as MCAP and as a bag of ROS 2, its messages in bytes (CDR), without ROS."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import FileError
-from ..recording.about import About
-from ..recording.table import columns_of
-from .definitions import DEFINITIONS
-from .filled import Filled
+from ...io.files import making
+from ..recording.layout import About, columns_of
+from ..recording.source import RowSource
+from .filled import DEFINITIONS, Filled
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Messages", "need_log", "typestore"]
+__all__ = ["CHUNK", "Messages", "need_log", "typestore", "write_bag", "write_mcap"]
 
 
 def need_log(name: str) -> None:
@@ -90,3 +92,71 @@ class Messages:
         }
         for message in self._filled.of(column):
             yield message.topic, message.time, bytes(self.store.serialize_cdr(message.content, message.type))
+
+
+CHUNK = 1 << 18
+"""Bytes of a chunk: what is lost where the file is cut."""
+
+
+def write_mcap(recording: RowSource, path: Path, topic: str = "/subskin") -> Messages:
+    """Write it, with the finger file as an attachment.
+
+    Parameters
+    ----------
+    recording : RowSource
+        An open recording, or another source of its rows.
+    path : Path
+        The file.
+    topic : str, optional
+        What the topics begin with.
+    """
+    need_log(str(path))
+    from mcap.writer import Writer
+
+    about = recording.about
+    made = Messages(about, topic)
+    with path.open("wb") as file:
+        writer: Any = Writer(file, chunk_size=CHUNK)
+        writer.start(profile="ros2", library=f"subskin {about.versions.get('subskin', '')}")
+        at = max(int(about.epoch * 1e9), 0)
+        writer.add_attachment(at, at, about.finger_name, "application/toml", about.finger.encode("utf-8"))
+        writer.add_metadata(
+            "subskin", {key: json.dumps(value) for key, value in about.document.items() if key != "finger"}
+        )
+        schemas = {
+            kind: writer.register_schema(kind, "ros2msg", made.definition(kind).encode())
+            for kind in dict.fromkeys(made.topics.values())
+        }
+        channels = {name: writer.register_channel(name, "cdr", schemas[kind]) for name, kind in made.topics.items()}
+        for rows in recording.batches():
+            for name, time, data in made.of(rows):
+                writer.add_message(channels[name], time, data, time)
+        writer.finish()
+    return made
+
+
+def write_bag(recording: RowSource, path: Path, topic: str = "/subskin") -> Messages:
+    """Write it; the folder appears whole or not at all.
+
+    Parameters
+    ----------
+    recording : RowSource
+        An open recording, or another source of its rows.
+    path : Path
+        The folder; there is none yet.
+    topic : str, optional
+        What the topics begin with.
+    """
+    need_log(str(path))
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    made = Messages(recording.about, topic)
+    with making(path) as part, Writer(part, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+        writer.set_custom_data("subskin.finger", recording.about.finger)
+        connections = {
+            name: writer.add_connection(name, kind, typestore=made.store) for name, kind in made.topics.items()
+        }
+        for rows in recording.batches():
+            for name, time, data in made.of(rows):
+                writer.write(connections[name], time, data)
+    return made

@@ -13,7 +13,7 @@ from ...errors import FileError, InvalidValueError
 from ...io.finger_file import FingerFile, save_finger
 from ...io.units import quantity
 from ...live.bench import Bench
-from ...live.bench_file import candidates_of
+from ...live.session import candidates_of
 from ..protocol import LARGEST
 from ..view import FromPage, asked, done, drawn
 from .feed import Fed

@@ -18,10 +18,9 @@ from ...io.finger_file import FingerFile
 from ...io.tables import Table, read_table
 from ...live.bare import BareChain
 from ...live.bench import Bench
-from ...live.bench_file import calibrated
 from ...live.connecting import connected
 from ...live.run import Live
-from ...live.session import BenchState, Said
+from ...live.session import BenchState, Said, calibrated
 from .feed import Feed
 
 __all__ = ["BenchFeed", "TouchesFeed", "fit_told"]
@@ -64,7 +63,7 @@ class BenchFeed(Feed):
         ConvergenceError
             As `Bench.result`.
         """
-        return calibrated(self.bench, self.bench.result(self.bench_state))
+        return calibrated(self.file, self.bench.fit, self.bench.result(self.bench_state))
 
     def order(self, what: str) -> None:
         """Something that the person wants of the session; it is done between two batches.
