@@ -41,7 +41,8 @@ def real(
     plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
     array = np.array(value) if plain else _floats(name, value, unit, fix)
     low = -_bounds.LARGEST if at_least is None else at_least
-    usual = array.size and above is None and low <= np.minimum.reduce(array, axis=None)
+    low = low if above is None else max(low, above or _bounds.SMALLEST)
+    usual = array.size and low < np.minimum.reduce(array, axis=None)
     if not (usual and np.maximum.reduce(array, axis=None) <= (_bounds.LARGEST if at_most is None else at_most)):
         _bounds.keep(name, array, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
     array.flags.writeable = False
@@ -201,7 +202,7 @@ def without_unit(name: str, value: Any, unit: str, fix: str = "") -> Any:
         if not any(_has_unit(item) for item in value):
             return value
         return [without_unit(f"{name}[{i}]", item, unit, fix) for i, item in enumerate(value)]
-    if not _has_unit(value):
+    if value is None or isinstance(value, float | int | np.ndarray) or not _has_unit(value):
         return value
     try:
         return value.to(unit).magnitude

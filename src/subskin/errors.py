@@ -65,7 +65,9 @@ def each_printable(texts: Sequence[object]) -> list[str]:
     >>> each_printable(["s0\x07", 3])
     ['s0\\x07', '3']
     """
-    return [printable(text) for text in texts]
+    shown = list(map(str, texts))
+    plain = all(map(str.isprintable, shown)) and len(max(shown, key=len, default="")) <= _SAID
+    return shown if plain else list(map(printable, shown))
 
 
 _HIDDEN = {"Cc", "Cf", "Cs"}

@@ -32,7 +32,7 @@ radius = "20 mm"
 
 def test_the_file_and_the_command(subskin, tmp_path):
     assert parse_finger(FILE).tip == (20e-3, None)
-    with pytest.raises(ss.errors.FileError, match="radius = -0"):
+    with pytest.raises(ss.errors.FileError, match=r"radius = .-20 mm"):
         parse_finger(FILE.replace('"20 mm"', '"-20 mm"'))
     (tmp_path / "f.toml").write_text(FILE)
     ran = subskin("check", tmp_path / "f.toml", "--tip-map", tmp_path / "m.png")

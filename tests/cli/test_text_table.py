@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from subskin.cli.text_table import show
+from subskin.cli.common import show
 
 HEADS = ["candidate", "OK [%]", "median [mm]", "worst after all of it [mm]", "in 95 % [%]", "R^2"]
 NAMES = ["normal strain of a half plane, Poisson's ratio fitted", "mean pressure of a layer"]

@@ -27,7 +27,6 @@ ORDER = (
     "_frozen",
     "_declared",
     "_hooks",
-    "_registry",
     "_axes",
     "_tasks",
     "material",

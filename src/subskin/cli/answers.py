@@ -21,9 +21,8 @@ from ..stream.pipeline import Pipeline
 from ..stream.relaxation import Undoing
 from ..stream.stage import Stage, join
 from ..stream.tare import Tared
-from .common import Rows, check_figure, number, progress_bar, said_of
+from .common import Rows, check_figure, number, progress_bar, said_of, show
 from .frames import warn_of_raw
-from .text_table import show
 
 __all__ = [
     "Answers", "Kept", "against", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_names",

@@ -11,8 +11,7 @@ from .. import io
 from ..errors import FileError, InvalidValueError
 from ..io.files import check_target, write_bytes
 from ..io.units import quantity
-from .common import add_figure, check_figure, chosen_rows, give, known_to, listed, number
-from .text_table import show
+from .common import add_figure, check_figure, chosen_rows, give, known_to, listed, number, show
 
 if TYPE_CHECKING:
     from ..calibration import BlindCalibration, BlindParameter, Calibration, Parameter

@@ -12,10 +12,9 @@ from .. import io
 from ..errors import ConvergenceError, InvalidValueError
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .choose import add_choose, choice_as_json, chosen, show_choice
-from .common import add_json, add_rows, chosen_rows, describe, give, known_to, listed, number
+from .common import add_json, add_rows, chosen_rows, describe, give, known_to, listed, number, show
 from .frames import AREA_COLUMNS, forces_said, warn_of_depths
 from .response_table import add_response, run_table, save_apart
-from .text_table import show
 
 if TYPE_CHECKING:
     import numpy as np

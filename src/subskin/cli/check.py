@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import textwrap
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
@@ -13,12 +13,11 @@ import numpy as np
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from . import tip
-from .common import add_json, check_figure, describe, give, number, progress_bar, said_of
-from .text_table import show
+from .common import add_json, check_figure, describe, give, number, progress_bar, said_of, show
 
 if TYPE_CHECKING:
     from ..design.blind_spots import BlindSpots
+    from ..design.tip import TipError
     from ..finger import Finger
     from ..io.finger_file import FingerFile
 
@@ -48,6 +47,12 @@ _MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, cali
 _SMALL_SHIFT, _SMALL_ANGLE = 0.02, 0.02  # depths, rad: errors that nobody minds
 _ROUNDING = 1e-4
 """Errors below this, in the unit shown, are those of receptive fields tabulated to 1e-9."""
+
+_LITTLE = 0.02
+"""Errors, in depths and in rad, that nobody minds."""
+
+_TIPS = {"sphere": "ball", "cylinder": "cylinder"}
+_PEOPLE = {"normal_strain": "normal strain", "mean_pressure": "pressure"}
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -81,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
     if options.tip_map is not None:
         if bent is None:
             raise InvalidValueError("--tip-map without a tip", "the file says of no radius", '[tip] radius = "9 mm"')
-        tip.draw(options.tip_map, bent)
+        _draw_tip(options.tip_map, bent)
     width = quantity(options.half_width, "m", "--half-width")
     finger = _meant(options, file.finger)
     compared = None
@@ -99,10 +104,10 @@ def run(options: argparse.Namespace) -> int:
             _show(out, options, compared)
         if bent is not None:
             print(file=out)
-            tip.people(out, bent)
+            _show_tip(out, bent)
 
     def data() -> dict[str, Any]:
-        more = {} if bent is None else tip.as_json(bent)
+        more = {} if bent is None else _tip_as_json(bent)
         return {"blind_spots": passed.to_dict(), **({} if compared is None else _as_json(compared)), **more}
 
     return give(options, data, people)
@@ -270,3 +275,50 @@ def _size(value: float) -> str:
     if value < _ROUNDING:
         return "0"
     return f"{value:.0f}" if value >= 10 else number(value, 2)
+
+
+def _tip_as_json(found: TipError) -> dict[str, Any]:
+    """The numbers, in SI."""
+    return {"tip": asdict(found)}
+
+
+def _show_tip(out: TextIO, found: TipError) -> None:
+    """A table, and the sentence that sums it up."""
+    name = _TIPS[found.shape]
+    row = [
+        *(number(1e3 * v) for v in (found.radius, found.thickness, found.depth)),
+        f"{100 * found.reading:.1f}", number(1e3 * found.position, 2), f"{100 * found.force:.1f}",
+        number(math.degrees(found.angle), 2),
+    ]  # fmt: skip
+    columns = ["tip [mm]", "skin [mm]", "depth [mm]", "reading [%]", "position [mm]", "force [%]", "angle [deg]"]
+    show(out, f"flat layers on a {name}: worst errors", columns, [row])
+    sensors = " or ".join(_PEOPLE[kind] for kind in found.kinds)
+    loads = "touches" if found.shape == "sphere" else "long contacts"
+    print(
+        textwrap.fill(
+            f"looked up for sensors of {sensors}, one depth apart, in one incompressible layer on a rigid core", 110
+        ),
+        file=out,
+    )
+    print(textwrap.fill(f"-> {_tip_verdict(found, name, loads)}", 110, subsequent_indent="   "), file=out)
+
+
+def _tip_verdict(found: TipError, name: str, loads: str) -> str:
+    size = f"{number(1e3 * found.radius)} mm"
+    if found.position < _LITTLE * found.depth and max(found.angle, found.force) < _LITTLE:
+        return f"the flat layers will do: on a {name} of {size} they misplace {loads} by less than 0.02 depths"
+    said = (
+        f"on a {name} of {size} flat layers misplace {loads} by up to {number(1e3 * found.position, 2)} mm, with "
+        f"forces off by up to {100 * found.force:.0f} % and angles by up to {math.degrees(found.angle):.0f} deg"
+    )
+    if found.shape == "cylinder":
+        return f'{said}: take kind = "round", the same layers on a round core'
+    return f"{said}: no skin here is a ball, so calibrate with touches at known positions, which finds its response"
+
+
+def _draw_tip(path: str, found: TipError) -> None:
+    """The table's map, with this tip ringed."""
+    from ..plot import save, tip_map_figure
+
+    at = found.radius / found.thickness, found.depth / found.thickness
+    save(tip_map_figure(design.tip.tip_map(found.shape, found.kinds[0]), at), path)

@@ -10,8 +10,7 @@ import numpy as np
 from ..errors import InvalidValueError
 from ..io.remodel import remodelled
 from ..transducer import kind_of
-from .common import number, progress_bar
-from .text_table import show
+from .common import number, progress_bar, show
 
 if TYPE_CHECKING:
     from ..calibration import Choice

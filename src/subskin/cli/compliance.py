@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .common import add_figure, add_json, check_figure, describe, give, number, positive, progress_bar
-from .text_table import show
+from .common import add_figure, add_json, check_figure, describe, give, number, positive, progress_bar, show
 
 if TYPE_CHECKING:
     from .._check import FloatArray

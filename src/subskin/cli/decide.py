@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._axes import on_touches
 from ..errors import InvalidValueError
-from .common import describe, give, number, quantity_range
+from .common import describe, give, number, quantity_range, show
 from .frames import MEANING, add_frames, refuse_response
-from .text_table import show
 
 if TYPE_CHECKING:
     from ..decide import Kind, TypeDecision

@@ -14,8 +14,7 @@ from .. import design, io
 from ..errors import FileError, InvalidValueError
 from ..io.files import write_bytes
 from .cluster import add_dask, cluster
-from .common import add_json, describe, give, progress_bar
-from .text_table import show
+from .common import add_json, describe, give, progress_bar, show
 
 _EXAMPLES = """\
   subskin design --example > goals.toml          # a file to begin with; every key is explained in it

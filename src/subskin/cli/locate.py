@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
 from ..errors import InvalidValueError
-from .common import describe, give, number
+from .common import describe, give, number, show
 from .frames import MEANING, add_frames
-from .text_table import show
 
 if TYPE_CHECKING:
     import numpy as np

@@ -6,8 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import TextIO
 
-from .common import add_json, describe, give
-from .text_table import show
+from .common import add_json, describe, give, show
 
 _EXAMPLES = """\
   subskin ports

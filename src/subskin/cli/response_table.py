@@ -11,9 +11,8 @@ from .. import io
 from ..errors import FileError, InvalidValueError
 from ..io.files import apart
 from ..io.response_file import response_path
-from .common import give, inputs_of, number
+from .common import give, inputs_of, number, show
 from .frames import forces_said
-from .text_table import show
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
 from ..io.units import quantity
-from .common import add_shared, describe, give, number, said_of
+from .common import add_shared, describe, give, number, said_of, show
 from .frames import AREA_COLUMNS, warn_of_spread
-from .text_table import show
 
 if TYPE_CHECKING:
     from ..stream import Presses, RelaxationFit

@@ -13,9 +13,8 @@ from ..contact import Cone, PointLoad, RoundHertz, RoundPunch, contact_of, famil
 from ..errors import InvalidValueError
 from ..io.units import quantity
 from .cluster import add_dask, cluster
-from .common import add_shared, describe, give, number, progress_bar, quantity_range
+from .common import add_shared, describe, give, number, progress_bar, quantity_range, show
 from .frames import AREA_COLUMNS
-from .text_table import show
 
 if TYPE_CHECKING:
     import numpy as np

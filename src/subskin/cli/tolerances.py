@@ -12,8 +12,18 @@ import numpy as np
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import line_load, quantity
-from .common import add_figure, add_json, check_figure, describe, give, listed, number, progress_bar, quantity_range
-from .text_table import show
+from .common import (
+    add_figure,
+    add_json,
+    check_figure,
+    describe,
+    give,
+    listed,
+    number,
+    progress_bar,
+    quantity_range,
+    show,
+)
 
 _EXAMPLES = """\
   subskin tolerances finger.toml --force "20 N/m"

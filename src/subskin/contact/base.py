@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
-from .._registry import Named
+from .._frozen import Named
 from ..errors import InvalidValueError
 from .quadrature import cauchy
 

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, StrictBool, StrictInt, StrictStr
 
 from .. import _check
-from ..errors import InvalidValueError
+from ..errors import InvalidValueError, SubskinError
 from ..finger import DEEPEST, SOFTEST, Finger
 from ..spread import Spread
 from ..stream.presses import Column, RecordingFormat
@@ -39,7 +39,7 @@ from ._tables import (
     doubt_sizes,
     one,
 )
-from ._toml_errors import under
+from ._toml_errors import Misplaced, key_of, under
 from .units import line_load, line_load_scale, quantity, si_unit, unit_scale
 
 __all__ = ["FingerDocument"]
@@ -293,9 +293,10 @@ class FingerDocument(StrictTable):
         made: dict[str, Any] = {"folder": folder}
         for name in type(self).model_fields:
             table: FingerTable | None = getattr(self, name)
-            if table is not None:
-                with under(name):
-                    made |= table.told(self, made)
+            try:
+                made |= {} if table is None else table.told(self, made)
+            except SubskinError as error:
+                raise Misplaced(error, name, key_of(error)) from None
         young = min(material.young for material in made["skin"].materials)
         deepest = float(np.asarray(made["array"].depth).max())
         if young >= SOFTEST:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from ..errors import FileError, SubskinError
 from .files import read_bytes
 
-__all__ = ["Misplaced", "key_line", "located", "read_document", "read_text", "short", "under"]
+__all__ = ["Misplaced", "key_line", "key_of", "located", "read_document", "read_text", "short", "under"]
 
 _Model = TypeVar("_Model")
 _Made = TypeVar("_Made")
@@ -99,9 +99,14 @@ def under(*table: str, of: str | None = None, keys: Mapping[str, tuple[str, ...]
     try:
         yield
     except SubskinError as error:
-        found = re.match(r"[a-z_]+", error.seen)
-        key = {"transducer": "kind"}.get(found[0], found[0]) if found else ""
+        key = key_of(error)
         raise Misplaced(error, *(keys or {}).get(key, (*table, key if of is None else of))) from None
+
+
+def key_of(error: SubskinError) -> str:
+    """The key that an error of the model is about: its message begins with it."""
+    found = re.match(r"[a-z_]+", error.seen)
+    return {"transducer": "kind"}.get(found[0], found[0]) if found else ""
 
 
 def read_document(text: str, name: str, model: type[_Model], needs: str, make: Callable[[_Model], _Made]) -> _Made:

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from .._check import FloatArray
 from .._declared import Noun
-from .._registry import Named
+from .._frozen import Named
 from ..errors import NotLinearError
 from ..tensor import State
 

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 import numpy.typing as npt
 
-from ..._registry import Named
+from ..._frozen import Named
 from ...errors import GeometryError
 from ..frames import DeviceFrames
 

@@ -9,7 +9,7 @@ from importlib import import_module
 from types import TracebackType
 from typing import Any, Self
 
-from ..._registry import Named
+from ..._frozen import Named
 from ...errors import SubskinError
 from ..drivers.base import Driver
 
