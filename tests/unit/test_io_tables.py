@@ -2,6 +2,7 @@
 
 import os
 import stat
+import warnings
 
 import numpy as np
 import pyarrow as pa
@@ -170,3 +171,35 @@ def test_few_rows_at_a_time_make_few_groups_of_rows(tmp_path):
             table.write({"a": block})
     assert pq.ParquetFile(tmp_path / "t.parquet").num_row_groups == 3
     np.testing.assert_array_equal(read_table(tmp_path / "t.parquet").numbers("a"), rows)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        "1,2.5,ok,\n-0.0,1e-300,no contact,7\n", "1,nan,,\n, 2 ,a,NA\n", "9007199254740993,0.1,1,1\n3,.5,1.,+1\n",
+        "inf,-inf,true,2024-01-01\n1,2,false,2024-01-02\n", "1,2,3,4",
+    ],
+)  # fmt: skip
+def test_arrow_reads_what_the_other_readers_read(tmp_path, monkeypatch, rows):
+    pytest.importorskip("pyarrow")
+    (tmp_path / "a.csv").write_text(f"a,b,c,d\n{rows}")
+    tables = []
+    for large in (0, np.inf):
+        monkeypatch.setattr("subskin.io._csv.LARGE", large)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            (part,) = read_table(tmp_path / "a.csv").parts
+        tables.append(part)
+    one, other = tables
+    assert (one.count, list(one.lines)) == (other.count, list(other.lines))
+    for mine, its in zip(one.values, other.values, strict=True):
+        assert type(mine) is type(its)
+        np.testing.assert_array_equal(mine, its)
+
+
+def test_arrow_leaves_it_to_others_to_say_what_is_wrong(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr("subskin.io._csv.LARGE", 0)
+    (tmp_path / "a.csv").write_text("a,b\n1,2\n1,2,3\n")
+    with pytest.raises(FileError, match="line 3: 3 cells where the header has 2"):
+        read_table(tmp_path / "a.csv")

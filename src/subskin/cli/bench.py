@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import io
+from .._lazy import np
 from ..errors import InvalidValueError
 from ..io.files import check_target
 from .common import describe, listed, said_of
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
     from ..live import Bench, BenchState, Live, Said
@@ -68,7 +68,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..io.units import quantity
     from ..live.bare import BareChain
     from ..live.bench import Bench
     from ..live.connecting import connected
@@ -80,12 +79,13 @@ def run(options: argparse.Namespace) -> int:
     check_target(options.out)
     file = io.load(options.finger)
     unit = "N" if file.finger.array.on_area else "N/m"
-    seconds = {name: quantity(getattr(options, name), "s", f"--{name}") for name in ("rest", "hold")}
+    seconds = {name: io.quantity(getattr(options, name), "s", f"--{name}") for name in ("rest", "hold")}
     bench = Bench(
         file,
         candidates_of(file, options.positions, "--positions"),
-        force=None if options.force is None else quantity(options.force, unit, "--force"),
-        fit=listed(options.fit), accuracy=quantity(options.accuracy, "m", "--accuracy"), most=options.most, **seconds,
+        force=None if options.force is None else io.quantity(options.force, unit, "--force"),
+        fit=listed(options.fit), accuracy=io.quantity(options.accuracy, "m", "--accuracy"), most=options.most,
+        **seconds,
     )  # fmt: skip
     port, driver = connected(file, options.port, options.driver)
     with Live(BareChain(file, driver.channels), port, driver) as live:
@@ -185,8 +185,6 @@ class _Session:
 
     def _keep(self) -> None:
         """Write the touches so far, as `subskin calibrate` reads them."""
-        import numpy as np
-
         state, count = self.state, np.arange(float(len(self.state.positions)))
         if not len(count):
             return
@@ -212,8 +210,6 @@ class _Session:
 
     def _level(self, readings: npt.NDArray[np.float64] | None) -> None:
         """A bar for each sensor, in a terminal, in place; None takes it away."""
-        import numpy as np
-
         if self.options.json or not sys.stdout.isatty():
             return
         if readings is None:

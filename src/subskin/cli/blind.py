@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from .._lazy import np
 from ..errors import FileError, InvalidValueError
 from ..io.files import check_target, write_bytes
 from ..io.units import quantity
@@ -58,8 +59,6 @@ def refuse_blind_options(options: argparse.Namespace) -> None:
 
 def run_blind(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
     from ..calibration import calibrate_blind
 
     for name in _LABELLED:
@@ -138,8 +137,6 @@ def show_health(out: TextIO, file: io.FingerFile, found: Calibration | BlindCali
 
 def _errors(options: argparse.Namespace, file: io.FingerFile, fit: tuple[str, ...]) -> dict[str, float]:
     """The errors given, as `calibrate_blind` takes them."""
-    import numpy as np
-
     depths = np.asarray(file.finger.array.depth)
     below = file.finger.skin.thickness - float(depths.max())
     lengths = {"depth": float(depths.mean()), "position": float(depths.mean()), "thickness": below}
@@ -196,8 +193,6 @@ def _as_json(file: io.FingerFile, found: BlindCalibration) -> dict[str, Any]:
 
 
 def _left_out(found: BlindCalibration) -> dict[str, int]:
-    import numpy as np
-
     from ..estimate.estimate import Status
 
     states = found.touches.status[~found.used]

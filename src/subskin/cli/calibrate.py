@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from .._lazy import np
 from ..errors import ConvergenceError, InvalidValueError
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .choose import add_choose, choice_as_json, chosen, show_choice
@@ -17,7 +18,6 @@ from .frames import AREA_COLUMNS, forces_said, warn_of_depths
 from .response_table import add_response, run_table, save_apart
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
     from ..calibration import Calibration, Score
@@ -97,8 +97,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
     if options.blind:
         return run_blind(options)
     refuse_blind_options(options)
@@ -171,8 +169,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _positions(names: str | None, table: io.Table, area: bool) -> npt.NDArray[np.float64]:
     """Each touch's position, shape (m,), on an area (m, 2) [m]."""
-    import numpy as np
-
     usual = AREA_COLUMNS if area else ("position",)
     columns = usual if names is None else listed(names)
     if len(columns) != len(usual):
@@ -226,8 +222,6 @@ def _spread_as_json(finger: Finger) -> dict[str, list[float]] | None:
 
 
 def _noise(found: Calibration) -> npt.NDArray[np.float64]:
-    import numpy as np
-
     return np.asarray(found.finger.array.noise, dtype=np.float64)
 
 

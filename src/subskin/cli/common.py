@@ -13,12 +13,12 @@ from contextlib import contextmanager
 from itertools import chain
 from typing import TYPE_CHECKING, Any, TextIO
 
+from .._lazy import np
 from ..errors import FileError, InvalidValueError, SubskinError, each_printable, printable
 from ..io.files import check_target, to_standard_output
 from ..io.units import line_load, quantity
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
 __all__ = [
@@ -110,8 +110,6 @@ class Rows:
 
     def of(self, first: int, count: int) -> npt.NDArray[np.bool_]:
         """Which of `count` rows are chosen, the first of which is row `first` of the table."""
-        import numpy as np
-
         chosen = np.zeros(count, dtype=bool)
         if self._every is not None:
             chosen[-first % self._every :: self._every] = True

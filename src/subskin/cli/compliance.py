@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import design, io
+from .._lazy import np
 from ..errors import InvalidValueError
 from ..io.units import quantity
 from .common import add_figure, add_json, check_figure, describe, give, number, positive, progress_bar, show
@@ -97,8 +98,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _spread(ends: tuple[float, float], count: int) -> FloatArray:
     """Values from end to end, equal ratios apart, without the last digits of rounding; one where the ends are one."""
-    import numpy as np
-
     values = np.geomspace(*ends, 1 if ends[0] == ends[1] else count)
     return np.array([float(f"{v:.12g}") for v in values])
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
 from .._axes import on_touches
+from .._lazy import np
 from ..errors import InvalidValueError
 from .common import describe, give, number, quantity_range, show
 from .frames import MEANING, add_frames, refuse_response
@@ -62,8 +63,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
     from ..stream.stage import join
     from .answers import Kept, answers_of
 

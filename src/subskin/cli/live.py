@@ -8,6 +8,7 @@ import time
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
+from .. import io
 from ..errors import InvalidValueError, printable
 from .common import describe
 
@@ -94,8 +95,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _finger(options: argparse.Namespace) -> FingerFile:
-    from .. import io
-
     if options.finger is not None:
         return io.load(options.finger)
     if options.port is None or options.port.partition("?")[0] != "demo":

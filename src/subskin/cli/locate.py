@@ -7,12 +7,12 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from .._lazy import np
 from ..errors import InvalidValueError
 from .common import describe, give, number, show
 from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
 _EXAMPLES = """\
@@ -102,19 +102,15 @@ def run(options: argparse.Namespace) -> int:
 
 def _chosen(options: argparse.Namespace) -> dict[str, Any]:
     """The options of the locator that the command line sets."""
-    from ..io.units import quantity
-
     chosen: dict[str, Any] = {"outliers": options.outliers}
     if options.load is not None:
         chosen["load"] = options.load
     if options.beside is not None:
-        chosen["beside"] = quantity(options.beside, "m", "--beside")
+        chosen["beside"] = io.quantity(options.beside, "m", "--beside")
     return chosen
 
 
 def _drawn(plot: Any, columns: dict[str, Any], sensors: Any) -> Any:
-    import numpy as np
-
     from ..estimate.estimate import Status
 
     status = np.array([Status[name.upper()] for name in columns["status"]], dtype=np.int8)
@@ -128,8 +124,6 @@ def _drawn(plot: Any, columns: dict[str, Any], sensors: Any) -> Any:
 
 def _score(error: npt.NDArray[np.float64], status: npt.NDArray[np.str_]) -> dict[str, Any]:
     """Errors of position over the frames that are ok, and over all that were given a position."""
-    import numpy as np
-
     placed = np.isfinite(error)
     score: dict[str, Any] = {"frames": len(error)}
     for name, chosen in (("ok", placed & (status == "ok")), ("placed", placed)):

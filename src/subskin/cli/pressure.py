@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from .._lazy import np
 from ..errors import FileError
 from .common import describe, give
 from .frames import MEANING, add_frames, refuse_response
@@ -59,8 +60,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
     from ..estimate.pressure import ImageMapper, PressureMapper, pressure_mapper
     from ..stream.stage import join
     from .answers import Kept, answers_of, show_first, show_statuses
@@ -145,8 +144,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _totals(answers: Answers) -> dict[str, Any]:
-    import numpy as np
-
     from .answers import status_names
 
     found = answers.found
@@ -180,8 +177,6 @@ def _unit(found: Any, rows: int) -> dict[str, Any]:
 
 def _nodes(found: Any, file: io.FingerFile) -> dict[str, Any]:
     """Where the nodes are on the axes of the tables: y, or y and z of each."""
-    import numpy as np
-
     if not found.mapper.array.on_area:
         return {"y": found.y + file.origin}
     at = file.on_touches(np.stack(np.meshgrid(found.y, found.z, indexing="ij"), axis=-1))
@@ -190,15 +185,11 @@ def _nodes(found: Any, file: io.FingerFile) -> dict[str, Any]:
 
 def _turned(drag: Any, turn: float) -> Any:
     """Drags (..., 2) on the finger, on the axes of the tables."""
-    import numpy as np
-
     c, s = np.cos(turn), np.sin(turn)
     return drag @ np.array([[c, s], [-s, c]])
 
 
 def _totals_on_area(answers: Answers) -> dict[str, Any]:
-    import numpy as np
-
     from .answers import status_names
 
     found, file = answers.found, answers.file
@@ -233,8 +224,6 @@ def _totals_on_area(answers: Answers) -> dict[str, Any]:
 
 def _map(answers: Answers) -> dict[str, Any]:
     """A row for each node of each frame that has a contact."""
-    import numpy as np
-
     there = np.flatnonzero(np.isfinite(answers.found.normal_force))
     found, band = answers.found[there], answers.found[there].pressure_interval
     if found.mapper.array.on_area:

@@ -9,6 +9,7 @@ from collections import Counter
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, TextIO
 
+from .. import io, live
 from ..errors import FileError, InvalidValueError, printable
 from .common import add_json, describe, give, progress_bar, say
 
@@ -42,10 +43,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from .. import io
     from ..live.convert import check_kind, write
     from ..live.recording import opened
-    from ..live.replay import Replay
 
     if options.out is not None and options.speed is not None:
         raise InvalidValueError("--speed with -o", "a file is written as fast as it can", "leave one out")
@@ -55,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     with opened(options.recording) as recording:
         if file is not None and str(options.out) == options.recording:
             raise FileError(f"-o {options.out}", "it is the recording itself", "name another file")
-        shown = Replay(recording, file, speed=options.speed, **window)
+        shown = live.Replay(recording, file, speed=options.speed, **window)
         view = None
         if options.speed is not None and not options.json:
             from .live_view import Bars, PlainLines

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from .._lazy import np
 from ..errors import FileError, InvalidValueError
 from ..io.files import apart
 from ..io.response_file import response_path
@@ -15,7 +16,6 @@ from .common import give, inputs_of, number, show
 from .frames import forces_said
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
     from ..calibration import Score
@@ -45,8 +45,6 @@ def run_table(
     loads: dict[str, Any],
 ) -> int:
     """Run the command on what was read: readings (m, n), positions (m, 2), which touches are used, their loads."""
-    import numpy as np
-
     from ..calibration.calibration import score
     from ..measured import MeasuredResponse
 
@@ -118,8 +116,6 @@ def save_apart(options: argparse.Namespace, file: io.FingerFile, to: str) -> Non
 
 def _components(file: io.FingerFile, loads: dict[str, Any], count: int) -> npt.NDArray[np.float64]:
     """The force of each touch on the finger: N, shape (m, 1), or with drags (N, Ty, Tz), shape (m, 3)."""
-    import numpy as np
-
     force, angle, azimuth = (np.broadcast_to(loads.get(k, v), count) for k, v in _LOAD.items())
     normal = np.asarray(force * np.cos(angle))
     if not angle.any():
@@ -133,8 +129,6 @@ _LOAD = {"force": 1.0, "angle": 0.0, "azimuth": 0.0}
 
 def _live(file: io.FingerFile, readings: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     """Which sensors are not dead already, and move, shape (n,)."""
-    import numpy as np
-
     with np.errstate(all="ignore"):
         moves = np.array([np.ptp(c[np.isfinite(c)]) > 0 if np.isfinite(c).any() else False for c in readings.T])
     return np.asarray(file.finger.array.live & moves)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from .._lazy import np
 from ..io.units import quantity
 from .common import add_shared, describe, give, number, said_of, show
 from .frames import AREA_COLUMNS, warn_of_spread
@@ -85,8 +86,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _show_relaxation(out: TextIO, fitted: RelaxationFit, names: tuple[str, ...]) -> None:
     """What each sensor loses of a press that is held, and how surely."""
-    import numpy as np
-
     lost = 100 * fitted.own.of_sensors(len(names))[0].sum(axis=0)
     least, most = names[int(lost.argmin())], names[int(lost.argmax())]
     times = " and ".join(f"{number(v, 3)} s" for v in np.atleast_1d(fitted.own.time).tolist())
@@ -95,8 +94,6 @@ def _show_relaxation(out: TextIO, fitted: RelaxationFit, names: tuple[str, ...])
 
 
 def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
-    import numpy as np
-
     columns: dict[str, Any] = {"press": np.arange(len(presses)), "t_start": presses.start, "t_end": presses.stop}
     if presses.position is not None:
         both = presses.position.ndim == 2
@@ -110,8 +107,6 @@ def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _show(out: TextIO, presses: Presses, names: tuple[str, ...]) -> None:
-    import numpy as np
-
     at = np.full((len(presses), 1), np.nan) if presses.position is None else presses.position.reshape(len(presses), -1)
     heads = ["position [mm]"] if at.shape[1] == 1 else ["y [mm]", "z [mm]"]
     rows = [

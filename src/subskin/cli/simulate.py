@@ -6,18 +6,16 @@ import argparse
 import re
 import sys
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
-from .. import io
+from .. import io, stream
+from .._lazy import np
 from ..contact import Cone, PointLoad, RoundHertz, RoundPunch, contact_of, families
 from ..errors import InvalidValueError
 from ..io.units import quantity
 from .cluster import add_dask, cluster
 from .common import add_shared, describe, give, number, progress_bar, quantity_range, show
 from .frames import AREA_COLUMNS
-
-if TYPE_CHECKING:
-    import numpy as np
 
 _EXAMPLES = """\
   subskin simulate finger.toml -o readings.csv --count 1000 --force "10..60 N/m" --angle "-30..30 deg" --seed 1
@@ -69,8 +67,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
     file = io.load(options.finger)
     n = len(file.finger.array)
     if options.count < 1 or options.count * n > _MOST:
@@ -113,8 +109,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _angles(options: argparse.Namespace) -> tuple[float, float]:
     """The range of angles [rad], which on the command line is often one of degrees without the unit."""
-    import numpy as np
-
     low, high = quantity_range(options.angle, "rad", "--angle")
     local = options.contact in _LOCAL
     if max(-low, high) > np.pi or (local and low < 0):
@@ -130,8 +124,6 @@ def _angles(options: argparse.Namespace) -> tuple[float, float]:
 
 def _worn(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> io.FingerFile:
     """The finger with gains that differ and dead sensors."""
-    import numpy as np
-
     if not 0 <= options.spread < 1:
         raise InvalidValueError(f"--spread {options.spread:g}", "has to be in [0, 1)", "--spread 0.2")
     array = file.finger.array
@@ -151,8 +143,6 @@ def _contact(options: argparse.Namespace) -> Any:
 
 def _positions(options: argparse.Namespace, file: io.FingerFile, origin: float) -> tuple[float, float]:
     """The range of positions, on the axis of the tables."""
-    import numpy as np
-
     if options.position is not None:
         return quantity_range(options.position, "m", "--position")
     y = np.asarray(file.finger.array.y)
@@ -173,8 +163,6 @@ def _ranges(options: argparse.Namespace, file: io.FingerFile) -> tuple[tuple[flo
 
 def _lattice(options: argparse.Namespace, file: io.FingerFile) -> Any:
     """Positions evenly spaced over the ranges, as many as are wanted, (count, 2)."""
-    import numpy as np
-
     side = int(np.ceil(np.sqrt(options.count)))
     lattice = np.meshgrid(*(np.linspace(*ends, side) for ends in _ranges(options, file)), indexing="ij")
     return np.stack(lattice, axis=-1).reshape(-1, 2)[: options.count]
@@ -196,8 +184,6 @@ def _local(options: argparse.Namespace) -> Any:
 def _loads(
     options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
 ) -> dict[str, Any]:
-    import numpy as np
-
     from ..synthetic import simulate_readings
 
     origin = file.origin
@@ -218,8 +204,6 @@ def _local_loads(
     options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
 ) -> dict[str, Any]:
     """Local contacts over the sensors, forces in N."""
-    import numpy as np
-
     from ..synthetic import simulate_readings
 
     count = options.count
@@ -245,7 +229,6 @@ def _moved(options: argparse.Namespace, file: io.FingerFile) -> io.FingerFile:
     """The finger where --origin says that it lies."""
     if options.origin is None:
         return file
-    import numpy as np
 
     each = [quantity(part, "m", "--origin") for part in options.origin.split(",")]
     on_area = file.finger.array.on_area
@@ -260,9 +243,6 @@ def _frames(
 ) -> dict[str, Any]:
     from functools import partial
 
-    import numpy as np
-
-    from ..stream.presses import Column, RecordingFormat
     from ..synthetic import simulate_recording
 
     on_area = file.finger.array.on_area
@@ -296,11 +276,11 @@ def _frames(
         executor=executor,
         progress=advance,
     )
-    how = file.recording or RecordingFormat(file.names)
-    usual = replace(how, press=how.press or Column("press"))
+    how = file.recording or stream.RecordingFormat(file.names)
+    usual = replace(how, press=how.press or stream.Column("press"))
     if how.position is None:
-        y, z = map(Column, AREA_COLUMNS)
-        usual = replace(usual, position=(y, z) if on_area else Column("position"))
+        y, z = map(stream.Column, AREA_COLUMNS)
+        usual = replace(usual, position=(y, z) if on_area else stream.Column("position"))
     columns: dict[str, Any] = {name: raw.readings[:, i] / how.scale for i, name in enumerate(file.names)}
     each = [(how.time, raw.time), *zip(usual.tracks["position"], np.atleast_2d(raw.position.T), strict=True)]
     each += [] if how.force is None else [(how.force, raw.force)]
