@@ -13,6 +13,7 @@ from typing import Any
 
 import numba as nb
 import numpy as np
+from numba.core.caching import IndexDataCacheFile
 from numba.core.event import Event, Listener, register
 
 __all__ = ["compiled", "is_cached"]
@@ -82,17 +83,28 @@ def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False
         if borrows:
             options["_nrt"] = False
         loop: Any = nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
-        _STAMPS[function] = _stamp(function)
+        _OURS.add(function)
         if (kept := _kept(loop)) is not None:
-            kept._source_stamp = _STAMPS[function]
+            kept.__class__, kept.function = _Kept, function
         return loop
 
     return wrap
 
 
-_STAMPS: dict[Any, bytes] = {}
+_OURS: set[Any] = set()
 
 
+class _Kept(IndexDataCacheFile):
+    """Numba's file of a loop, with the loop's own stamp: taken when it is asked for, as a loop may call later ones."""
+
+    function: Any
+
+    @property
+    def _source_stamp(self) -> bytes:
+        return _stamp(self.function)
+
+
+@cache
 def _stamp(function: Any) -> bytes:
     """A digest of what its machine code depends on: its bytecode, the constants it reads, and all that it calls.
 
@@ -102,8 +114,8 @@ def _stamp(function: Any) -> bytes:
     package = function.__module__.partition(".")[0]
     for name, value in sorted({**given.globals, **given.nonlocals}.items()):
         parts.append(name.encode())
-        if getattr(value, "py_func", None) in _STAMPS:
-            parts.append(_STAMPS[value.py_func])
+        if (called := getattr(value, "py_func", None)) in _OURS:
+            parts.append(_stamp(called) if called is not function else b"")
         elif isinstance(value, FunctionType | ModuleType):
             at = value.__name__ if isinstance(value, ModuleType) else value.__module__
             parts.append(_text(str(inspect.getsourcefile(value))) if at.partition(".")[0] == package else b"")
