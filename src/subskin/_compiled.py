@@ -83,7 +83,7 @@ def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False
         if borrows:
             options["_nrt"] = False
         loop: Any = nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
-        _OURS.add(function)
+        _STAMPS[function] = None
         if (kept := _kept(loop)) is not None:
             kept.__class__, kept.function = _Kept, function
         return loop
@@ -91,7 +91,8 @@ def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False
     return wrap
 
 
-_OURS: set[Any] = set()
+_STAMPS: dict[Any, bytes | None] = {}
+"""Of each loop, once it has been asked for."""
 
 
 class _Kept(IndexDataCacheFile):
@@ -101,10 +102,11 @@ class _Kept(IndexDataCacheFile):
 
     @property
     def _source_stamp(self) -> bytes:
-        return _stamp(self.function)
+        stamp = _STAMPS[self.function] or _stamp(self.function)
+        _STAMPS[self.function] = stamp
+        return stamp
 
 
-@cache
 def _stamp(function: Any) -> bytes:
     """A digest of what its machine code depends on: its bytecode, the constants it reads, and all that it calls.
 
@@ -114,8 +116,8 @@ def _stamp(function: Any) -> bytes:
     package = function.__module__.partition(".")[0]
     for name, value in sorted({**given.globals, **given.nonlocals}.items()):
         parts.append(name.encode())
-        if (called := getattr(value, "py_func", None)) in _OURS:
-            parts.append(_stamp(called) if called is not function else b"")
+        if (called := getattr(value, "py_func", None)) in _STAMPS:
+            parts.append(b"" if called is function else _STAMPS[called] or _stamp(called))
         elif isinstance(value, FunctionType | ModuleType):
             at = value.__name__ if isinstance(value, ModuleType) else value.__module__
             parts.append(_text(str(inspect.getsourcefile(value))) if at.partition(".")[0] == package else b"")

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize, nnls
 
 from subskin.estimate import varpro
-from subskin.estimate.varpro import Cone, Ending
+from subskin.estimate.varpro import Limits, Ending
 
 SENSORS = 12
 UNKNOWNS = [NamedTuple(f"Of{p}", [(name, float) for name in "yzqrs"[:p]]) for p in range(1, 6)]
@@ -81,7 +81,7 @@ def test_components_are_the_best_in_the_cone(f, friction, made):
     inside = set()
     for _ in range(40):
         w = rng.normal(size=SENSORS)
-        loops.project(w, model, Cone(friction), at(*rng.uniform(-1, 1, 2)), fit)
+        loops.project(w, model, Limits(friction), at(*rng.uniform(-1, 1, 2)), fit)
         a, found = model.rows[:f].T, components(fit)
         left = nnls(a @ rays(f, friction).T, w)[1] ** 2
         assert w @ w - fit.explained == pytest.approx(left, rel=1e-5)
@@ -100,7 +100,7 @@ def test_a_force_between_its_ends(f, ends, made):
     corners = np.array([[n, side * 0.5 * n][:f] for n in (low, high) for side in (-1, 1)])
     for _ in range(30):
         w = rng.normal(size=SENSORS)
-        loops.project(w, model, Cone(0.5, *ends), at(*rng.uniform(-1, 1, 2)), fit)
+        loops.project(w, model, Limits(0.5, *ends), at(*rng.uniform(-1, 1, 2)), fit)
         # of what these corners span, shares adding up to one: a heavy row says so
         a = np.vstack([model.rows[:f].T @ corners.T, np.full(4, 1e4)])
         shares, _ = nnls(a, np.append(w, 1e4))
@@ -113,7 +113,7 @@ def test_a_force_between_its_ends(f, ends, made):
 @pytest.mark.parametrize(("f", "p"), SHAPES)
 def test_slopes_are_those_of_what_is_explained(f, p, friction, made):
     loops, model, fit, trial, rng, at = made(f, p, bent=True)
-    cone, h = Cone(friction), 1e-4
+    cone, h = Limits(friction), 1e-4
     for _ in range(3):
         x, w = rng.uniform(-1, 1, p), rng.normal(size=SENSORS) + 2.0
 
@@ -158,7 +158,7 @@ def test_a_climb_ends_at_the_top_within_the_box(f, p, free, made):
     loops, model, fit, trial, rng, at = made(f, p, free)
     truth = rng.uniform(-0.3, 0.3, p)
     waves(model, truth)
-    force, cone = np.array([2.0, 0.3, -0.4])[:f], Cone(0.7)
+    force, cone = np.array([2.0, 0.3, -0.4])[:f], Limits(0.7)
     w = force @ model.rows[:f] + 0.02 * rng.normal(size=SENSORS)
     if free:
         w += 0.5 * model.rows[f * (1 + p)]
@@ -182,7 +182,7 @@ def test_a_climb_ends_at_the_top_within_the_box(f, p, free, made):
 @pytest.mark.parametrize(("f", "p"), SHAPES)
 def test_the_covariance_is_the_inverse_of_all_the_information(f, p, made):
     loops, model, fit, _, rng, at = made(f, p)
-    loops.project(rng.normal(size=SENSORS), model, Cone(np.inf), at(*rng.uniform(-1, 1, p)), fit)
+    loops.project(rng.normal(size=SENSORS), model, Limits(np.inf), at(*rng.uniform(-1, 1, p)), fit)
     for k, name in enumerate(("n", *(("t",) if f == 2 else ("ty", "tz")))[:f]):
         fit[name] = 1.0 + k
     loops.slopes(rng.normal(size=SENSORS), model.rows, fit)
@@ -191,9 +191,9 @@ def test_the_covariance_is_the_inverse_of_all_the_information(f, p, made):
     )
     wanted, size = np.linalg.inv(jacobian @ jacobian.T), f + p
     out, more = np.zeros(size * (size + 1) // 2), np.zeros(p * (p + 1) // 2)
-    loops.covariance(fit, Cone(1.0), more, out)
+    loops.covariance(fit, Limits(1.0), more, out)
     assert np.allclose(out, wanted[np.triu_indices(size)], rtol=1e-6)
-    loops.covariance(fit, Cone(0.0), more, out)  # a drag that is known to be 0
+    loops.covariance(fit, Limits(0.0), more, out)  # a drag that is known to be 0
     kept = np.arange(size) <= p
     wanted = np.zeros((size, size))
     wanted[np.ix_(kept, kept)] = np.linalg.inv(jacobian[kept] @ jacobian[kept].T)
@@ -227,7 +227,7 @@ LOOPS = varpro.kernel(At, field, 1)
 def run():
     fits = np.zeros(1, LOOPS.fit)
     w, rows = 3.0 * np.cos(0.3 * np.arange(6.0)), np.zeros((2, 6))
-    LOOPS.project(w, Model(rows), varpro.Cone(1.0), At(0.3), fits[0])
+    LOOPS.project(w, Model(rows), varpro.Limits(1.0), At(0.3), fits[0])
     return round(float(fits[0]["n"]), 6)
 """
 

@@ -34,10 +34,10 @@ import numpy as np
 from .._compiled import compiled
 from . import cone
 
-__all__ = ["THOROUGH", "Cone", "Ending", "Kernel", "kernel"]
+__all__ = ["THOROUGH", "Limits", "Ending", "Kernel", "kernel"]
 
 
-class Cone(NamedTuple):
+class Limits(NamedTuple):
     """What the components keep to: |T| <= friction N, and of one or two of them the ends of N."""
 
     friction: float
