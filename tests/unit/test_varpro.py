@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize, nnls
 
 from subskin.estimate import varpro
-from subskin.estimate.varpro import Limits, Ending
+from subskin.estimate.varpro import Ending, Limits
 
 SENSORS = 12
 UNKNOWNS = [NamedTuple(f"Of{p}", [(name, float) for name in "yzqrs"[:p]]) for p in range(1, 6)]

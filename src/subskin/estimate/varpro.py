@@ -34,7 +34,7 @@ import numpy as np
 from .._compiled import compiled
 from . import cone
 
-__all__ = ["THOROUGH", "Limits", "Ending", "Kernel", "kernel"]
+__all__ = ["THOROUGH", "Ending", "Kernel", "Limits", "kernel"]
 
 
 class Limits(NamedTuple):
