@@ -106,6 +106,12 @@ class _Kept(IndexDataCacheFile):
         _STAMPS[self.function] = stamp
         return stamp
 
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()  # type: ignore[no-untyped-call]
+        except (AttributeError, ImportError):  # it was made for a named tuple that is no more
+            return {}
+
 
 def _stamp(function: Any) -> bytes:
     """A digest of what its machine code depends on: its bytecode, the constants it reads, and all that it calls.

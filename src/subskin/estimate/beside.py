@@ -136,7 +136,7 @@ class PointLocator(Locator):
             arrays = self._arrays
             if pattern is not self._all:
                 arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
-            look_along(frames, arrays[0], *arrays[-2:], _PACE * self._shallowest, out)
+            look_along(frames, arrays[0], *arrays[-2:], _PACE * self._shallowest, BESIDE.named(out))
         at = BESIDE
         out[:, at.square[1, 1]] += self.unseen(out)
         status = out[:, at.status]

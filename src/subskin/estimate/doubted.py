@@ -19,18 +19,19 @@ that explain so much less."""
 
 
 @compiled()
-def doubted_frames(readings, doubt, sensors, basis, edges, shapes, squares, far, table, options, fields, out):
+def doubted_frames(readings, doubt, arrays, fields, out):
     """Fill `out` as `project_frames` does, with noise sqrt(noise^2 + doubt^2) of each reading.
 
-    doubt (f, n) [reading]; fields (k, n, 2): the columns at the nodes of the scan, and of what lies beyond, in units of
-    the noise; all else as of `project_frames`.
+    doubt (f, n) [reading]; arrays: those of `project_frames` between the readings and `out`; fields (k, n, 2): the
+    columns at the nodes of the scan, and of what lies beyond, in units of the noise.
     """
+    sensors, basis, edges, shapes, squares, far, nodes, table, settings = arrays
     frames, n = readings.shape
-    nodes, ranged, mu = fields.shape[0], shapes.shape[1], options[4]
-    size = squares.size * int(options[21])
+    ranged, mu = shapes.shape[1], settings[0].friction
+    size = squares.size * settings[0].positions
     mine, white, edge, shape = sensors.copy(), basis.copy(), edges.copy(), shapes.copy()
-    beyond, tabled, told = far.copy(), table.copy(), options.copy()
-    told[22] *= _OPEN
+    beyond, tabled, told = far.copy(), table.copy(), settings.copy()
+    told[0].near *= _OPEN
     largest = np.abs(fields[:size]).max()
     ratio = np.empty(n)
     cells, own_cells = table.reshape(-1, n), tabled.reshape(-1, n)
@@ -47,7 +48,7 @@ def doubted_frames(readings, doubt, sensors, basis, edges, shapes, squares, far,
             for i in range(n):
                 own_far[k, i] = far_cells[k, i] * ratio[i]
         top = 0.0
-        for k in range(nodes):
+        for k in range(fields.shape[0]):
             # as `scan_geometry`
             normal2 = both = 0.0
             for i in range(n):
@@ -78,7 +79,8 @@ def doubted_frames(readings, doubt, sensors, basis, edges, shapes, squares, far,
                 edge[2 * side, k], edge[2 * side + 1, k] = x * unit, y * unit
             if k < ranged:
                 shape[0, k], shape[1, k], shape[2, k] = length, along, across
-        told[17] = options[17] * (top / largest) ** 2 if largest > 0.0 else options[17]
+        if largest > 0.0:
+            told[0].fine = settings[0].fine * (top / largest) ** 2
         project_frames(
-            readings[f : f + 1], mine, white, edge, shape, squares, beyond, tabled, told, out[f : f + 1]
-        )  # fmt: skip
+            readings[f : f + 1], mine, white, edge, shape, squares, beyond, nodes, tabled, told, out[f : f + 1]
+        )

@@ -8,65 +8,52 @@ them. docs/locating.md.
 from __future__ import annotations
 
 from .._compiled import compiled
-from .climb import climb_between, climb_wide, project_between
+from .kinds import Along, Line, climb_line, top_from, until
 
-SINGLE = 1e-4
+_SINGLE = 1e-4
 """Share of S by which the scan, in single precision, may be wrong at most."""
 
 
 @compiled()
-def outside(w, tables, options, single, least, scratch, fit):
+def outside(w, tables, nodes, told, cone, single, least, rows, fits):
     """Whether S reaches `least` at a position beyond the search.
 
-    tables (stretches, cells, 5, 2, n), whitened; options as of `project_frames`; single (stretches k,): S by the scan
-    at the k nodes of each stretch, without the range of the force.
+    tables (stretches, cells, 5, 2, n), whitened; nodes (k,): where to climb from; told: settings; single
+    (stretches k,): S by the scan at the nodes of each stretch, without the range of the force.
     """
-    nodes = options[23:]
-    k, mu, low, high = nodes.size, options[4], options[15], options[16]
+    k, box, ending = nodes.size, nodes[:2].copy(), until(1e-2)
     for j in range(tables.shape[0]):
         s = single[j * k : (j + 1) * k]
+        model = Line(tables[j], told.far_start, told.far_step, rows)
         for p in range(k):
             before, after = max(p - 1, 0), min(p + 1, k - 1)
-            if s[p] < options[22] * least or s[before] > s[p] or s[after] > s[p]:
+            if s[p] < told.near * least or s[before] > s[p] or s[after] > s[p]:
                 continue
-            start, step, first, last = options[19], options[20], nodes[before], nodes[after]
-            climb_between(w, tables[j], start, step, mu, low, high, nodes[p], first, last, 1e-2, scratch, fit)
-            if fit[2] > least:
+            box[0], box[1] = nodes[before], nodes[after]
+            climb_line(w, model, cone, box, Along(nodes[p]), ending, fits[0], fits[1])
+            if fits[0].explained > least:
                 return True
     return False
 
 
 @compiled()
-def at_end(w, table, options, s, least, scratch, fit):
-    """Whether S reaches `least` at an end of the search; s (m,): the scan."""
-    for side in range(2):
-        single, y = (s[0], options[11]) if side == 0 else (s[-1], options[12])
-        if single * (1.0 + SINGLE) >= least:
-            project_between(w, table, options[0], options[1], options[4], options[15], options[16], y, scratch, fit)
-            if fit[2] > least:
-                return True
-    return False
+def at_end(w, table, model, cone, held, told, s, squares, least, fit, trial):
+    """Whether S reaches `least` at an end of the search, with any half width.
 
-
-@compiled()
-def at_end_wide(w, table, options, s, squares, least, c, a, fit):
-    """The same with a contact of any half width; s (widths, m), squares (widths,): the scan."""
-    held = options[11:15].copy()
+    s (widths, m), squares (widths,): the scan; held (4,): as the ends of `top_from`, those of y are written over.
+    """
     rows = squares.size
     for side in range(2):
-        k, y = (0, options[11]) if side == 0 else (s.shape[1] - 1, options[12])
+        k, y = (0, told.first) if side == 0 else (s.shape[1] - 1, told.last)
         best = 0
         for j in range(1, rows):
             best = j if s[j, k] > s[best, k] else best
         top = float(s[best, k])
         # between nodes S rises by less than it differs at the next ones
         rise = max(top - s[max(best - 1, 0), k], top - s[min(best + 1, rows - 1), k])
-        if top * (1.0 + SINGLE) + rise >= least:
+        if top * (1.0 + _SINGLE) + rise >= least:
             held[0] = held[1] = y
-            climb_wide(
-                w, table, options[0], options[1], options[10], options[4], y, squares[best], held, c, a, fit,
-                options[15], options[16],
-            )  # fmt: skip
-            if fit[2] > least:
+            top_from(w, table, model, cone, held, y, squares[best], until(1e-7), fit, trial)
+            if fit.explained > least:
                 return True
     return False

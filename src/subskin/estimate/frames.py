@@ -264,11 +264,15 @@ class Framewise(ABC):
             if not is_cached(self._compiled):
                 _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
         if doubt is None:
-            self._compiled(frames, *arrays, out)
+            self._fill(frames, arrays, out)
         else:
             self._doubted(frames, doubt, arrays, pattern, out)
         if self._allowed is not None:
             self._allow(out, *self._allowed, 0.0 if doubt is None else self._in_doubt(doubt, pattern))
+
+    def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
+        """What the compiled loop finds in frames, into `out` (f, columns)."""
+        self._compiled(frames, *arrays, out)
 
     def _doubted(
         self,

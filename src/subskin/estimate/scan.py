@@ -3,15 +3,18 @@
 For a load at y the whitened readings are w = A(y) theta + noise, theta = (N, T), A of shape (n, 2). With the forces
 eliminated, the explained part of chi-square is S(y) = max over admissible theta of |w|^2 - |w - A theta|^2; theta is
 admissible in the cone N >= 0, |T| <= mu N. Here S comes from A in an orthonormal basis, in single precision: it only
-says where to climb from (`climb.py`).
+says where to climb from.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+import numpy.typing as npt
 
 from .._compiled import compiled
-from .climb import eliminate_between
+from .cone import eliminate_two
 
 FEW = 4
 """Maxima along a line that are climbed."""
@@ -19,7 +22,55 @@ MOST_CHI2 = 1e30
 """Sum of the squared readings, in noises, from which the digits of a float end before the noise begins."""
 
 
-@compiled(inline=True)
+class Heights(NamedTuple):
+    """S at each node of the scan, and what it takes to find it.
+
+    basis, edges, shapes: as of `project_frames`; size: nodes within the search; w (n,), sums (2, padded): scratch.
+    nodes (padded + 2,): S, with -1 before and behind; beyond (k,): of the nodes beyond the search; words, peak: as of
+    `peaks`.
+    """
+
+    basis: npt.NDArray[np.float32]
+    edges: npt.NDArray[np.float32]
+    shapes: npt.NDArray[np.float64]
+    size: int
+    w: npt.NDArray[np.float32]
+    sums: npt.NDArray[np.float32]
+    nodes: npt.NDArray[np.float32]
+    beyond: npt.NDArray[np.float32]
+    words: npt.NDArray[np.uint64]
+    peak: npt.NDArray[np.uint8]
+
+
+@compiled()
+def room_for(basis, edges, shapes, size, beyond):
+    """The `Heights` of a scan with so many nodes within the search, and beyond it."""
+    n, _, padded = basis.shape
+    nodes, words = np.full(padded + 2, -1, dtype=np.float32), np.zeros(padded // 8, dtype=np.uint64)
+    w, sums = np.empty(n, dtype=np.float32), np.empty((2, padded), dtype=np.float32)
+    return Heights(
+        basis, edges, shapes, size, w, sums, nodes, np.empty(beyond, dtype=np.float32), words, words.view(np.uint8)
+    )  # fmt: skip
+
+
+@compiled()
+def survey(w, heights, told):
+    """Fill `heights` for a frame w (n,), within the ends of N if there are any; gives the highest beyond the search."""
+    for i in range(w.size):
+        heights.w[i] = w[i]
+    s, size, top = heights.nodes, heights.size, np.float32(0.0)
+    scan(heights.w, heights.basis, heights.edges, heights.sums, s[1:-1])
+    for k in range(heights.beyond.size):
+        heights.beyond[k] = s[size + 1 + k]
+        top = max(top, heights.beyond[k])
+    for k in range(size + 1, s.size - 1):
+        s[k] = np.float32(-1)
+    if heights.shapes.shape[1] > 0:
+        between(heights.sums, heights.shapes, told.friction, told.least, told.most, s[1 : size + 1])
+    return top
+
+
+@compiled()
 def scan(w, basis, edges, c, s):
     """S at each node into s (m,).
 
@@ -68,15 +119,15 @@ def between(c, shapes, mu, low, high, s):
         size, along, across = shapes[0, k], shapes[1, k], shapes[2, k]
         b1, b2 = size * c[0, k], along * c[0, k] + across * c[1, k]
         square = along * along + across * across
-        height = eliminate_between(size * size, size * along, square, b1, b2, mu, low, high)[2]
+        height = eliminate_two(size * size, size * along, square, b1, b2, mu, low, high)[2]
         s[k] = np.float32(max(height, 0.0))
 
 
-@compiled(inline=True)
-def peaks(s, first, step, words, peak, score, ys):
+@compiled()
+def peaks(s, first, step, words, peak, score, at):
     """Maxima of S along a line of equal steps, the best first, FEW at most: their number.
 
-    s (m + 2,), whose ends are -1; words (at least m / 8,) and peak, the same as bytes: scratch; score and ys: the
+    s (m + 2,), whose ends are -1; words (at least m / 8,) and peak, the same as bytes: scratch; score and at: the
     height of the parabola through a maximum and its neighbours, and its position.
     """
     m = s.size - 2
@@ -94,15 +145,7 @@ def peaks(s, first, step, words, peak, score, ys):
             if left >= 0 and right >= 0:
                 shift = 0.5 * (left - right) / (left - 2 * here + right)
                 height = here - 0.25 * (left - right) * shift
-            # as `_ranked`, in place: a call costs a tenth of the frame
-            rank = count
-            while rank > 0 and score[rank - 1] < height:
-                rank -= 1
-            if rank < FEW:
-                for e in range(min(count, FEW - 1), rank, -1):
-                    score[e], ys[e] = score[e - 1], ys[e - 1]
-                score[rank], ys[rank] = height, first + (k + shift) * step
-                count = min(count + 1, FEW)
+            count = _ranked(height, first + (k + shift) * step, 0.0, count, FEW, score, at)
     return count
 
 

@@ -19,6 +19,26 @@ from .layout import LINE, WIDE
 
 __all__ = ["Locator"]
 
+SETTINGS = np.dtype(
+    [
+        *((name, float) for name in ("start", "step", "widest")),  # of the table
+        *((name, float) for name in ("first", "last", "pace")),  # ends of the scan, and its step
+        ("positions", int),  # that are scanned
+        *(
+            (name, float) for name in ("friction", "least", "most", "least_square", "most_square")
+        ),  # of loads, of widths
+        ("detection", float),  # less than this explained: no contact
+        ("nothing", float),  # less than this altogether: nothing
+        ("largest", float),  # more than this left: unexplained
+        ("fine", float),  # that which the table leaves of a unit force
+        ("ambiguity", float),
+        ("apart", float),  # two maxima nearer than this are one contact
+        ("broad", float),  # a profile wider than this may be ambiguous
+        *((name, float) for name in ("far_start", "far_step", "near")),  # of what lies beyond, `Stretches`
+    ]
+)
+"""What a loop goes by besides arrays: a table with one row of these, which it is told quicker than a named tuple."""
+
 _SCAN_WIDTHS = 12
 _MOST_SCANNED = 1_000_000
 _LIMITS: dict[str, dict[str, Any]] = {
@@ -181,6 +201,10 @@ class Locator(Framewise):
 
         return project_frames
 
+    def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
+        out.fill(np.nan)
+        self._compiled(frames, *arrays, self.layout.named(out))
+
     def _doubted(
         self,
         frames: FloatArray,
@@ -193,7 +217,7 @@ class Locator(Framewise):
         many = int(np.count_nonzero(rows))
         if many < len(frames):
             part = np.empty((len(frames) - many, self._columns))
-            self._compiled(frames[~rows], *arrays, part)
+            self._fill(frames[~rows], arrays, part)
             out[~rows] = part
         if many:
             from .doubted import doubted_frames
@@ -204,8 +228,8 @@ class Locator(Framewise):
                 ]
 
             fields = self._prepared.get(b"fields" + pattern.tobytes(), whole)
-            part = np.empty((many, self._columns))
-            doubted_frames(frames[rows], np.ascontiguousarray(doubt[rows]), *arrays, fields, part)
+            part = np.full((many, self._columns), np.nan)
+            doubted_frames(frames[rows], np.ascontiguousarray(doubt[rows]), arrays, fields, self.layout.named(part))
             out[rows] = part
 
     def _fields(
@@ -226,23 +250,17 @@ class Locator(Framewise):
         fields, far = self._fields(response, scale, pattern)
         basis, edges, shapes = scan_geometry(fields, self.friction, _WHOLE)
         shapes = np.ascontiguousarray(shapes[:, : size if self.normal_force != (0.0, np.inf) else 0])
-        wide = self.layout.wide
         # as many readings as unknowns: what is left over are the ends of the unknowns, and one of them binds
         largest = float(chdtri(max(n - self.unknowns, 1), self._false_alarm))
+        told = np.zeros(1, SETTINGS)
+        told["start"], told["step"], told["widest"] = response.start, response.step, response.widest
+        told["first"], told["last"], told["pace"] = self._scan[0], self._scan[-1], self._scan[1] - self._scan[0]
+        told["positions"], told["friction"] = self._scan.size, self.friction
+        (told["least"], told["most"]), told["ambiguity"] = self.normal_force, self._ambiguity
+        told["least_square"], told["most_square"] = np.square(self.half_width)
+        told["detection"], told["nothing"] = 2 * np.log(1 / self._false_alarm), chdtri(n, self._false_alarm)
+        told["largest"], told["fine"] = largest, n * (response.blur * np.abs(fields[:size]).max()) ** 2
+        told["apart"], told["broad"] = (0.1 if self.layout.wide else 0.02) * self._shallowest, 0.1 * self._shallowest
+        told["far_start"], told["far_step"], told["near"] = far.start, far.step, far.near
         table = packed(response, scale)
-        options = np.array(
-            [
-                *(response.start, response.step, self._scan[0], self._scan[1] - self._scan[0], self.friction),
-                2 * np.log(1 / self._false_alarm),  # less than this explained: no contact
-                largest,  # more than this left: unexplained
-                self._ambiguity,
-                (0.1 if wide else 0.02) * self._shallowest,  # two maxima nearer than this are one contact
-                0.1 * self._shallowest,  # a profile wider than this may be ambiguous
-                *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
-                *self.normal_force,
-                n * (response.blur * np.abs(fields[:size]).max()) ** 2,  # of a unit force, by the table
-                float(chdtri(n, self._false_alarm)),  # less than this altogether: nothing
-                *(far.start, far.step, self._scan.size, far.near, *far.nodes),
-            ]
-        )
-        return sensor_rows(array), basis, edges, shapes, self._squares, far.tables, table, options
+        return sensor_rows(array), basis, edges, shapes, self._squares, far.tables, far.nodes, table, told

@@ -9,20 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import InvalidValueError
 from ..response import Response
 from .frames import Framewise, packed
 from .search import Locator
+from .stick_model import NODES, WEIGHTS
 
 __all__ = ["StickLocator", "checked_stick"]
 
 _START = 0.9
 """Share of slip |T| / (mu N) that the global search takes all contacts to have."""
-_NODES, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(8))
-_NODES += 0.5
-_SHARES = np.array([-0.9, -0.3, 0.3, 0.9])
-"""Shares of slip that are climbed from: the readings may have one minimum more for another drag."""
 _MOST = 100.0
 
 
@@ -62,27 +60,27 @@ class StickLocator(Locator):
 
     takes_doubt = False
 
-    def _kernel(self) -> Any:
-        from .stick import stick_frames
-
-        return stick_frames
-
     _doubted = Framewise._doubted
 
-    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
-        *arrays, options = super()._prepare(pattern)
+    def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
+        from .stick import stick_frames
+
+        search, own = arrays
+        super()._fill(frames, search, out)
+        stick_frames(frames, search[0], *own, self.layout.named(out))
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        *arrays, searched = super()._prepare(pattern)
         response = self.response.select(pattern)
-        scale = 1 / np.asarray(self.array.noise)[pattern]
-        (least, most), (first, last) = self.normal_force, np.square(self.half_width)
+        told = searched.copy()
+        told["start"], told["step"], told["widest"] = response.start, response.step, response.widest
+        searched["largest"] = np.inf  # what the search leaves unexplained, the climb may explain
         guess, spread = 0.5 * sum(self.stick), (self.stick[1] - self.stick[0]) / np.sqrt(12)
-        mus = np.unique([*self.stick, guess])
-        low = np.array([options[2], least, -np.inf, first, self.stick[0]])
-        high = np.array([options[12], most, np.inf, last, self.stick[1]])
-        largest, ambiguity, apart, fine, nothing = options[[6, 7, 8, 17, 18]]
-        own = [response.start, response.step, response.widest**2, self.friction, guess, 1 / spread if spread else 0.0]
-        options[6] = np.inf  # what the search leaves unexplained, the climb may explain
-        limits = np.array([*own, largest, ambiguity, apart, fine, nothing])
-        return *arrays, options, packed(response, scale), _NODES, _WEIGHTS, _SHARES, mus, low, high, limits
+        (first, last), (least, most), (low, high) = self._search_ends, self.normal_force, np.square(self.half_width)
+        low, high = ([first, least, -np.inf, low, self.stick[0]], [last, most, np.inf, high, self.stick[1]])
+        table = packed(response, 1 / np.asarray(self.array.noise)[pattern])
+        ends = np.array(low, float), np.array(high, float), guess, 1 / spread if spread else 0.0
+        return (*arrays, searched), (table, told, np.unique([*self.stick, guess]), *ends)
 
 
 def _slipping(response: Response, slip: float) -> Response:
@@ -90,9 +88,9 @@ def _slipping(response: Response, slip: float) -> Response:
     chebyshev = np.polynomial.chebyshev
     widths = len(response.coefficients)
     shares = 0.5 * (1 + np.cos(np.pi * (np.arange(widths) + 0.5) / widths))
-    below = shares[:, None] * (1 - slip * _NODES)
+    below = shares[:, None] * (1 - slip * NODES)
     rising = np.stack([chebyshev.chebval(2 * below - 1, chebyshev.chebder(row)) for row in np.eye(widths)], axis=-1)
-    means = _WEIGHTS @ (chebyshev.chebvander(2 * below - 1, widths - 1) + 2 * below[..., None] * rising)
+    means = WEIGHTS @ (chebyshev.chebvander(2 * below - 1, widths - 1) + 2 * below[..., None] * rising)
     mixed = np.linalg.solve(chebyshev.chebvander(2 * shares - 1, widths - 1), means)
     coefficients = response.coefficients.copy()
     coefficients[..., 1] = np.einsum("vw,wckn->vckn", mixed, response.coefficients[..., 1])

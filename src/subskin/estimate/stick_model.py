@@ -12,30 +12,63 @@ rigid flat on the stick zone. From t = 1 on the contact slides, and U = A_T. doc
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
 from .._compiled import compiled
+
+Y, N, T, Q, MU = range(5)
+"""The unknowns: position, normal force, drag, square of the half width, coefficient of friction."""
+NODES, WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(8))
+NODES += 0.5
+"""Gauss and Legendre's on (0, 1), exact for a table's polynomials."""
+
+
+class Sticking(NamedTuple):
+    """Readings under contacts with a drag in proportion to their pressure, as of `kinds.Wide`, and what they add up to.
+
+    rho (n,): what a contact leaves of the readings; columns (5, n): derivatives by its unknowns. h (3, widths), sums
+    (5, widths) and v (5, 5 n): scratch.
+    """
+
+    table: npt.NDArray[np.float64]
+    start: float
+    step: float
+    widest: float
+    rho: npt.NDArray[np.float64]
+    columns: npt.NDArray[np.float64]
+    h: npt.NDArray[np.float64]
+    sums: npt.NDArray[np.float64]
+    v: npt.NDArray[np.float64]
 
 
 @compiled()
-def _sums(x, slope, q, slip, nodes, weights, h, sums):
-    """Weights of the table's Chebyshev sums (5, widths): A and A_q at q; U and U_q at q and t; G' at c^2.
+def sticking(table, told):
+    """The model of a table (cells, widths, 10 n); told: its start and step, and its widest."""
+    widths, n = table.shape[1], table.shape[2] // 10
+    h, sums, v = np.empty((3, widths)), np.empty((5, widths)), np.empty((5, 5 * n))
+    return Sticking(table, told.start, told.step, told.widest, np.empty(n), np.empty((5, n)), h, sums, v)
 
-    nodes, weights: Gauss and Legendre's on (0, 1), exact for the table's polynomials; h (3, widths): scratch.
-    """
+
+@compiled()
+def _sums(x, slope, q, slip, h, sums):
+    """Weights of the table's Chebyshev sums (5, widths): A and A_q at q; U and U_q at q and t; G' at c^2."""
     widths = sums.shape[1]
     _chebyshev(x, h)
     for k in range(widths):
         sums[0, k], sums[1, k] = h[0, k], slope * h[1, k]
-        sums[2, k] = sums[3, k] = sums[4, k] = 0.0
+        sums[2, k], sums[3, k], sums[4, k] = (sums[0, k], sums[1, k], sums[0, k]) if slip >= 1.0 else (0.0, 0.0, 0.0)
     if slip >= 1.0:
-        sums[2], sums[3], sums[4] = sums[0], sums[1], sums[0]
         return
-    for j in range(nodes.size):
-        u = 1.0 - slip * nodes[j]
+    for j in range(NODES.size):
+        u = 1.0 - slip * NODES[j]
         part = slope * u * q
         _chebyshev(u * (x + 1.0) - 1.0, h)
         for k in range(widths):
-            sums[2, k] += weights[j] * (h[0, k] + part * h[1, k])
-            sums[3, k] += weights[j] * u * slope * (2 * h[1, k] + part * h[2, k])
+            sums[2, k] += WEIGHTS[j] * (h[0, k] + part * h[1, k])
+            sums[3, k] += WEIGHTS[j] * u * slope * (2 * h[1, k] + part * h[2, k])
     part = slope * (1.0 - slip) * q
     _chebyshev((1.0 - slip) * (x + 1.0) - 1.0, h)
     for k in range(widths):
@@ -53,20 +86,20 @@ def _chebyshev(x, h):
 
 
 @compiled()
-def modelled(w, table, start, step, square, nodes, weights, p, h, sums, v, rho, columns):
-    """Fill rho = w - r and columns = dr/d(y, N, T, q, mu) (5, n) at p = (y, N, T, q, friction); gives rho^2.
-
-    table (cells, widths, 10 n), as in `project_frames`; v (5, 5 n): scratch.
-    """
-    n = w.size
-    y, normal, tangential, q = p[0], p[1], p[2], p[3]
-    slip = min(abs(tangential) / (p[4] * normal), 1.0) if normal > 0.0 else 1.0
-    x, slope = 2.0 * q / square - 1.0, 2.0 / square
-    _sums(x, slope, q, slip, nodes, weights, h, sums)
-    position = (y - start) / step
+def modelled(w, model, p):
+    """Fill rho = w - r and columns = dr/d(y, N, T, q, mu) of a `Sticking` at p (5,); gives rho^2."""
+    table, rho, columns, sums, v = model.table, model.rho, model.columns, model.sums, model.v
+    n, step = w.size, model.step
+    normal, tangential, q, mu = p[N], p[T], p[Q], p[MU]
+    slip = min(abs(tangential) / (mu * normal), 1.0) if normal > 0.0 else 1.0
+    slope = 2.0 / (model.widest * model.widest)
+    _sums(slope * q - 1.0, slope, q, slip, model.h, sums)
+    position = (p[Y] - model.start) / step
     cell = min(max(int(position), 0), table.shape[0] - 1)
     t = position - cell - 0.5
-    v[:] = 0.0
+    for d in range(5):
+        for i in range(5 * n):
+            v[d, i] = 0.0
     for k in range(table.shape[1]):
         c = table[cell, k]
         s0, s1, s2, s3, s4 = sums[0, k], sums[1, k], sums[2, k], sums[3, k], sums[4, k]
@@ -84,11 +117,11 @@ def modelled(w, table, start, step, square, nodes, weights, p, h, sums, v, rho, 
         u, uq = _at(v[2], i, n, t), _at(v[3], i, n, t)
         rho[i] = w[i] - normal * a - tangential * u
         total += rho[i] * rho[i]
-        columns[0, i] = (normal * _slope(v[0], i, n, t) + tangential * _slope(v[2], i, n, t)) / step
-        columns[1, i] = a - (tangential / normal * (edge - u) if slip < 1.0 else 0.0)
-        columns[2, i] = edge
-        columns[3, i] = normal * aq + tangential * uq
-        columns[4, i] = -tangential / p[4] * (edge - u) if slip < 1.0 else 0.0
+        columns[Y, i] = (normal * _slope(v[0], i, n, t) + tangential * _slope(v[2], i, n, t)) / step
+        columns[N, i] = a - (tangential / normal * (edge - u) if slip < 1.0 else 0.0)
+        columns[T, i] = edge
+        columns[Q, i] = normal * aq + tangential * uq
+        columns[MU, i] = -tangential / mu * (edge - u) if slip < 1.0 else 0.0
     return total
 
 

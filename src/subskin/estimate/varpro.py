@@ -260,7 +260,7 @@ def climb(w, model, cone, box, start, ending, fit, trial):
         move = step(fit, {"curved(fit, told)" if SECOND else "told"}, damping, box)
         gain, way, size = 0.0, 0.0, 0.0
         #: for p in P
-            gain += fit.by_{p} * move.{p}
+            gain += abs(fit.by_{p} * move.{p})  # cut short at a side of the box, a part may fall
             way += abs(move.{p})
             size += told.{p|p}
         if not gain >= max(ending.tolerance, ending.straight * math.sqrt(size)) or way < ending.smallest:
