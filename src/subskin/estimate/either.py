@@ -220,6 +220,7 @@ def _evidence(found: Estimate, locator: Locator, covariance: FloatArray, drags: 
     sizes = np.stack(widths, axis=-1)
     keep = [0, 1, *([2] if drags is not None else []), *([3] if layout.wide else [])]
     square = covariance[..., keep, :][..., keep] / (sizes[..., :, None] * sizes[..., None, :])
+    cut &= np.isfinite(square).all(axis=(-2, -1))
     with np.errstate(invalid="ignore", divide="ignore"):
         information = np.linalg.inv(np.where(cut[..., None, None], square, np.eye(len(keep)))) + 12 * np.eye(len(keep))
         _, log_det = np.linalg.slogdet(information)

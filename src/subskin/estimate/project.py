@@ -26,6 +26,7 @@ _LINE_SQUARE, WIDE_SQUARE = LINE.square - LINE.covariance, WIDE.square - WIDE.co
 """Where the covariance of two unknowns stands among those of a row."""
 _OF_FIT = WIDE_SQUARE[np.ix_([0, 2, 3, 1], [0, 2, 3, 1])]
 """The same, of y, N, T and half width, among those of a fit, whose order is y, q, N, T."""
+_MORE = 1.0 + 1e-13
 _SPREAD = 1.959964
 """Standard deviations on either side of the middle of a 95 % interval."""
 
@@ -211,8 +212,9 @@ def wide_uncertainty(fit, cone, ends, row):
     """Fill in half width, its interval and the covariance; whether the contact lies within: in width and in angle."""
     more, c, moves, q, least, most = np.zeros(3), np.empty(10), np.ones(4), fit.q, ends[2], ends[3]
     half, known = math.sqrt(fit.q), least == most
-    if known:
-        fit.u_q_q = math.inf
+    # what the readings say nothing of is infinite within rounding, not an error
+    fit.u_y_y, fit.u_q_q = _MORE * fit.u_y_y, math.inf if known else _MORE * fit.u_q_q
+    fit.g_n_n, fit.g_t_t = _MORE * fit.g_n_n, _MORE * fit.g_t_t
     wide_covariance(fit, cone, more, c)
     row.half_width = row.low = row.high = half
     sure = True
