@@ -128,6 +128,17 @@ class WatchState(NamedTuple):
     """Whether some sensor is lost, or may be."""
 
 
+class _Said(NamedTuple):
+    """The events of some frames: their times, the number of the first, and what has happened."""
+
+    time: FloatArray
+    first: int
+    events: list[Event]
+
+    def add(self, frame: int, kind: str, text: str, **values: Any) -> None:
+        self.events.append(Event(kind, float(self.time[frame]), self.first + frame, text, values))
+
+
 class Watch:
     """Tells events from what the chain makes of each frame.
 
@@ -179,7 +190,7 @@ class Watch:
         first : int
             Number of the first of them in the stream.
         """
-        events: list[Event] = []
+        said = _Said(time, first, [])
         total = np.add.reduce(tared.readings, axis=None)
         wide, some = None, bool(total != total)
         if some:  # a reading that is there, and was taken out for its size
@@ -187,35 +198,26 @@ class Watch:
         sensors, watched = state.sensors, state.watched
         if some or watched:
             gone = (~np.isfinite(values) | tared.frozen) & self._live
-            sensors = self._sensors(sensors, gone, tared.frozen, time, first, events)
+            sensors = self._sensors(sensors, gone, tared.frozen, said)
             watched = any(one.on or one.run for one in sensors)
-        overload = self._overload(state.overload, wide, found, time, first, events)
-        contact, ended = self._contact(state, tared, found, decision, time, first, events)
+        overload = self._overload(state.overload, wide, found, said)
+        contact, ended = self._contact(state, tared, found, decision, said)
         risk, slip = state.risk, state.slip
         if decision is not None:
             if ended and not contact.on:
                 risk = slip = Switch()
-            risk, slip = self._slip(risk, slip, decision, time, first, events)
-        if len(events) > 1:
-            events.sort(key=lambda event: event.frame)
+            risk, slip = self._slip(risk, slip, decision, said)
+        if len(said.events) > 1:
+            said.events.sort(key=lambda event: event.frame)
         tail, held = None, False
         if contact.on:
             held = state.held or not tared.free.all()
             tail = tared.readings[-2:]
             if len(tail) < 2 and state.tail is not None:
                 tail = np.concatenate([state.tail[-1:], tail])
-        return WatchState(contact, risk, slip, overload, tail, held, sensors, watched), events
+        return WatchState(contact, risk, slip, overload, tail, held, sensors, watched), said.events
 
-    def _contact(
-        self,
-        state: WatchState,
-        tared: Tared,
-        found: Any,
-        decision: Any,
-        time: FloatArray,
-        first: int,
-        events: list[Event],
-    ) -> tuple[Switch, bool]:
+    def _contact(self, state: WatchState, tared: Tared, found: Any, decision: Any, said: _Said) -> tuple[Switch, bool]:
         contact, tail = state.contact, state.tail
         status: list[int] = (found if decision is None else decision).status.tolist()
         felt = [one not in (_NOTHING, _INCOMPLETE) for one in status]
@@ -229,75 +231,60 @@ class Watch:
             noise = np.isfinite(mean).any(axis=-1) & (np.nansum(mean * mean, axis=-1) < self._firm)
             freed = tared.free & (state.held | np.logical_or.accumulate(~tared.free))
             left = [one and fine for one, fine in zip(left, (noise | freed).tolist(), strict=True)]
-        contact, turns = contact.turned(felt, left, time, _CONTACT)
+        contact, turns = contact.turned(felt, left, said.time, _CONTACT)
         for k, on, since in turns:
-            where: dict[str, Any] = {"since": since}
-            text = "contact has ended"
-            if on:
-                one = found[k]
-                load = getattr(one, "line", one)
-                where |= {"position": np.asarray(load.position).tolist(), "force": float(load.force)}
-                text = f"contact: {Status(status[k]).name.lower()}"
-            events.append(Event("contact_on" if on else "contact_off", float(time[k]), first + k, text, where))
+            if not on:
+                said.add(k, "contact_off", "contact has ended", since=since)
+                continue
+            load = getattr(found[k], "line", found[k])
+            position, force = np.asarray(load.position).tolist(), float(load.force)
+            text = f"contact: {Status(status[k]).name.lower()}"
+            said.add(k, "contact_on", text, since=since, position=position, force=force)
         return contact, bool(turns)
 
-    def _slip(
-        self, risk: Switch, slip: Switch, decision: Any, time: FloatArray, first: int, events: list[Event]
-    ) -> tuple[Switch, Switch]:
+    def _slip(self, risk: Switch, slip: Switch, decision: Any, said: _Said) -> tuple[Switch, Switch]:
         verdict = decision.verdict.tolist()
         if not (risk.on or slip.on or _AT_RISK in verdict or _SLIPS in verdict):
             return (risk if not risk.run else Switch()), (slip if not slip.run else Switch())
         slides, holds = [one == _SLIPS for one in verdict], [one == _HOLDS for one in verdict]
         doubtful = [one in (_SLIPS, _AT_RISK) for one in verdict]
-        risk, risks = risk.turned(doubtful, holds, time, _SLIP_RISK)
-        slip, slips = slip.turned(slides, [one in (_HOLDS, _AT_RISK) for one in verdict], time, _SLIP)
+        risk, risks = risk.turned(doubtful, holds, said.time, _SLIP_RISK)
+        slip, slips = slip.turned(slides, [one in (_HOLDS, _AT_RISK) for one in verdict], said.time, _SLIP)
         for kind, text, turns in (("slip_risk", "it may slip", risks), ("slip", "it slips", slips)):
             for k, on, since in turns:
                 if on:
-                    values = {"since": since, "ratio": float(decision.ratio[k])}
-                    values["probability"] = float(decision.probability[k])
-                    part = f"{100 * values['ratio']:.0f} % of what friction holds"
-                    told = f"{text}, probability {values['probability']:.2g}: the drag is {part}"
-                    events.append(Event(kind, float(time[k]), first + k, told, values))
+                    ratio, chance = float(decision.ratio[k]), float(decision.probability[k])
+                    told = f"{text}, probability {chance:.2g}: the drag is {100 * ratio:.0f} % of what friction holds"
+                    said.add(k, kind, told, since=since, ratio=ratio, probability=chance)
         return risk, slip
 
-    def _overload(
-        self, overload: Switch, wide: BoolArray | None, found: Any, time: FloatArray, first: int, events: list[Event]
-    ) -> Switch:
+    def _overload(self, overload: Switch, wide: BoolArray | None, found: Any, said: _Said) -> Switch:
         if wide is None and self.most is None and not (overload.on or overload.run):
             return overload
-        much: BoolArray = np.zeros(time.size, dtype=bool)
+        much: BoolArray = np.zeros(said.time.size, dtype=bool)
         if wide is not None:
             much = np.asarray(wide.any(axis=-1))
         if self.most is not None:
             much = much | (getattr(found, "line", found).force > self.most)
-        overload, turns = overload.turned(much.tolist(), (~much).tolist(), time, _OVERLOAD)
+        overload, turns = overload.turned(much.tolist(), (~much).tolist(), said.time, _OVERLOAD)
         for k, on, since in turns:
             if not on:
                 continue
             beyond = [] if wide is None else [self.names[i] for i in np.flatnonzero(self._live)[wide[k]]]
             what = f"beyond the range of {', '.join(beyond)}" if beyond else f"more than {self.most:g}"
-            values = {"since": since, "sensors": beyond}
-            events.append(Event("overload", float(time[k]), first + k, f"overload: {what}", values))
+            said.add(k, "overload", f"overload: {what}", since=since, sensors=beyond)
         return overload
 
     def _sensors(
-        self,
-        sensors: tuple[Switch, ...],
-        gone: BoolArray,
-        frozen: BoolArray,
-        time: FloatArray,
-        first: int,
-        events: list[Event],
+        self, sensors: tuple[Switch, ...], gone: BoolArray, frozen: BoolArray, said: _Said
     ) -> tuple[Switch, ...]:
         left = []
         for i, one in enumerate(sensors):
             missing = gone[:, i].tolist()
-            switch, turns = one.turned(missing, [not lost for lost in missing], time, _SENSOR)
+            switch, turns = one.turned(missing, [not lost for lost in missing], said.time, _SENSOR)
             for k, on, since in turns:
                 why = ("stands still" if frozen[k, i] else "no reading") if on else "reads again"
                 kind = "sensor_lost" if on else "sensor_back"
-                values = {"since": since, "sensor": self.names[i]}
-                events.append(Event(kind, float(time[k]), first + k, f"sensor {self.names[i]}: {why}", values))
+                said.add(k, kind, f"sensor {self.names[i]}: {why}", since=since, sensor=self.names[i])
             left.append(switch)
         return tuple(left)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Noun, Real, Ruled
 from ..._frozen import Frozen
 from ...errors import InvalidValueError
 from .framing import Bytes
@@ -26,11 +27,12 @@ TYPES = {
 }
 """Types by name: size in bytes and kind. u24 and i24 are what many converters send."""
 
-USES = ("value", "counter", "time", "skip")
+_Type: TypeAlias = Annotated[str, Ruled(lambda name, value: _check.choice(name, value, TYPES, 'type="u16"'))]
+_End: TypeAlias = Annotated[float, Real(finite=False)]
 
 
 @dataclass(frozen=True)
-class Field:
+class Field(Noun):
     """One number of a frame.
 
     Parameters
@@ -60,20 +62,18 @@ class Field:
     """
 
     name: str
-    type: str
-    use: str = "value"
+    type: _Type
+    use: Literal["value", "counter", "time", "skip"] = "value"
     scale: float = 1.0
     offset: float = 0.0
-    low: float = -np.inf
-    high: float = np.inf
+    low: _End = -np.inf
+    high: _End = np.inf
 
     def __post_init__(self) -> None:
-        _check.choice("type", self.type, TYPES, 'type="u16"')
-        _check.choice("use", self.use, USES)
-        if not (math.isfinite(self.scale) and self.scale) or (self.use == "time" and self.scale < 0):
-            raise InvalidValueError(f"scale = {self.scale} of {self.name}", "has to be finite and not 0", "scale = 1.0")
-        if not math.isfinite(self.offset):
-            raise InvalidValueError(f"offset = {self.offset} of {self.name}", "has to be finite", "offset = 0.0")
+        super().__post_init__()
+        if not self.scale or (self.use == "time" and self.scale < 0):
+            rule = "a time runs on, and no count is worth 0"
+            raise InvalidValueError(f"scale = {self.scale} of {self.name}", rule, "scale = 1.0")
         if self.use == "counter" and TYPES[self.type][1] != "u":
             raise InvalidValueError(f'type "{self.type}" of a counter', "a counter counts up from 0", 'type = "u16"')
 

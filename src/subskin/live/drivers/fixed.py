@@ -189,8 +189,7 @@ def chips(count: int) -> list[Field]:
     InvalidValueError
         No chip, or more than 255.
     """
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 255:
-        raise InvalidValueError(f"sensors = {count!r}", "a board has 1 to 255 chips", "sensors = 5")
+    count = _check.whole("sensors", count, at_least=1, at_most=255, fix="sensors = 5")
     each = (("t", "C"), ("x", "uT"), ("y", "uT"), ("z", "uT"))
     return [
         Field(f"{axis}{i}_{unit}", "f32", low=_RANGE[unit][0], high=_RANGE[unit][1])
@@ -200,7 +199,7 @@ def chips(count: int) -> list[Field]:
 
 
 _MOST = 4096
-_KEYS = {field.name: str if field.name in ("name", "type", "use") else float for field in fields_of(Field)}
+_KEYS = [field.name for field in fields_of(Field)]
 
 
 class Described(Fixed, name="fixed"):
@@ -276,16 +275,15 @@ def _fields(table: Any) -> list[Field]:
         raise InvalidValueError(f"field {names!r}", "a field has a name and a type", fix)
     if count is not None and (type(count) is not int or not 1 <= count <= _MOST):
         raise InvalidValueError(f"count = {count!r} of {group[0]}", f"a whole number from 1 to {_MOST} is needed", fix)
-    for key, value in told.items():
+    for key in told:
         if key not in _KEYS:
             known = ", ".join([*_KEYS, "count"])
             raise UnknownOptionError(f'key "{key}" of field {group[0]}', "no such key is known", f"known: {known}")
-        if not isinstance(value, str if _KEYS[key] is str else int | float) or isinstance(value, bool):
-            rule = "a text is needed" if _KEYS[key] is str else "a number is needed"
-            raise InvalidValueError(f"{key} = {value!r} of field {group[0]}", rule, fix)
-    if count is None:
-        return [Field(name, **told) for name in group]
-    return [Field(_numbered(name, i), **told) for i in range(count) for name in group]
+    each = group if count is None else [_numbered(name, i) for i in range(count) for name in group]
+    try:
+        return [Field(name, **told) for name in each]
+    except InvalidValueError as error:
+        raise InvalidValueError(f"field {group[0]}: {error.seen}", error.rule, error.fix) from None
 
 
 def _numbered(name: str, i: int) -> str:

@@ -193,9 +193,8 @@ class TakkTile(Lines, name="takktile"):
 
 
 def _numbered(sensors: int | None) -> tuple[str, ...]:
-    if isinstance(sensors, bool) or not isinstance(sensors, int) or not 1 <= sensors <= 10_000:
-        raise InvalidValueError(f"sensors = {sensors!r}", "a line has 1 to 10000 numbers", "sensors = 5")
-    return tuple(f"c{i}" for i in range(sensors))
+    count = _check.whole("sensors", sensors, at_least=1, at_most=10_000, fix="sensors = 5")
+    return tuple(f"c{i}" for i in range(count))
 
 
 def _written(value: float) -> str:

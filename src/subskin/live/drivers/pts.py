@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ... import _check
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
@@ -71,9 +72,8 @@ class Contactile(Driver, name="contactile"):
     """
 
     def __init__(self, sensors: int = 1, pillars: int = 9, slip: bool = False, rate: int = 0) -> None:
-        for name, value, most in (("sensors", sensors, 2), ("pillars", pillars, 100)):
-            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-                raise InvalidValueError(f"{name} = {value!r}", f"has to be 1 to {most}", f"{name} = {min(most, 9)}")
+        sensors = _check.whole("sensors", sensors, at_least=1, at_most=2, fix="sensors = 2")
+        pillars = _check.whole("pillars", pillars, at_least=1, at_most=100, fix="pillars = 9")
         if rate and rate not in _RATES:
             rule = f"the controller has {', '.join(map(str, _RATES))} packets a second"
             raise InvalidValueError(f"rate = {rate!r}", rule, "rate = 500")

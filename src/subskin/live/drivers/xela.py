@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import InvalidValueError
+from ... import _check
 from ..frames import DeviceFrames
 from .base import Driver
 from .parts import Counter, Splitter
@@ -49,9 +49,8 @@ class Xela(Driver, name="xela"):
     """
 
     def __init__(self, sensors: int = 1, taxels: int = 16, calibrated: bool = False) -> None:
-        for name, value, most in (("sensors", sensors, 16), ("taxels", taxels, 1000)):
-            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-                raise InvalidValueError(f"{name} = {value!r}", f"has to be 1 to {most}", f"{name} = 1")
+        sensors = _check.whole("sensors", sensors, at_least=1, at_most=16, fix="sensors = 1")
+        taxels = _check.whole("taxels", taxels, at_least=1, at_most=1000, fix="taxels = 1")
         self._sensors, self._taxels, self._calibrated = sensors, taxels, calibrated
         unit = "_N" if calibrated else ""
         self.channels = tuple(

@@ -6,12 +6,13 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
+from ... import _check
 from ..._check import FloatArray
-from ...errors import InvalidValueError
+from ..._declared import Noun, Real
 from ..drivers.base import Driver
 from .base import Port, PortEnded, PortLost
 
@@ -25,8 +26,11 @@ _STEP = 0.1
 """By how much simulated time moves on where a port that is away is asked for, and nobody waits [s]."""
 
 
+_Rate: TypeAlias = Annotated[float, Real(at_least=0.0)]
+
+
 @dataclass(frozen=True)
-class Faults:
+class Faults(Noun):
     """Faults of a simulated device: of each kind the mean number a second [1/s], 0 for none.
 
     Parameters
@@ -57,19 +61,13 @@ class Faults:
     0.5
     """
 
-    dropped: float = 0.0
-    cut: float = 0.0
-    changed: float = 0.0
-    garbage: float = 0.0
-    stuck: float = 0.0
-    restarted: float = 0.0
-    unplugged: float = 0.0
-
-    def __post_init__(self) -> None:
-        for one in fields(self):
-            rate = getattr(self, one.name)
-            if not 0 <= rate < math.inf:
-                raise InvalidValueError(f"{one.name} = {rate}", "has to be >= 0 a second", f"{one.name}=0.1")
+    dropped: _Rate = 0.0
+    cut: _Rate = 0.0
+    changed: _Rate = 0.0
+    garbage: _Rate = 0.0
+    stuck: _Rate = 0.0
+    restarted: _Rate = 0.0
+    unplugged: _Rate = 0.0
 
     @classmethod
     def all(cls, rate: float) -> Faults:
@@ -139,8 +137,7 @@ class Simulated(Port):
         batch: float | None = None,
     ) -> None:
         for name, value in (("rate", rate), ("duration", duration), ("batch", 1.0 if batch is None else batch)):
-            if not value > 0:
-                raise InvalidValueError(f"{name} = {value}", "has to be > 0", f"{name}=1.0")
+            _check.scalar(name, value, above=0.0, finite=name != "duration", fix=f"{name}=1.0")
         self.name, self.driver = "simulated device", driver
         self._signal, self._device, self._rate, self._faults = signal, driver, rate, faults or Faults()
         self._noise, self._drift = (np.asarray(v, dtype=np.float64) for v in (noise, drift))
