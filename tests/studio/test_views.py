@@ -29,14 +29,12 @@ from subskin.studio.protocol import framed
 from subskin.studio.views.answer import FingerAnswers
 from subskin.studio.views.calibrate import CalibrateView
 from subskin.studio.views.design import DesignView
-from subskin.studio.views.fields import QUANTITIES, RANGE, nice
-from subskin.studio.views.finger import EXAMPLE, FingerView
+from subskin.studio.views.fields import QUANTITIES, RANGE, nice, window_of
+from subskin.studio.views.finger import EXAMPLE, FingerView, script_of
 from subskin.studio.views.form import edited, finger_of, form_of
-from subskin.studio.views.kept import script_of
 from subskin.studio.views.memo.view import MemoState, look, tree_of, words_of
 from subskin.studio.views.state import FingerState, Look, Touch, first_touch
 from subskin.studio.views.touches import BenchFeed, fit_told
-from subskin.studio.views.window import window_of
 
 AREA = EXAMPLE.replace("count = 8", 'layout = "grid"\nshape = [3, 3]').replace("[skin]", '[skin]\nkind = "half_space"')
 LAYER = """\

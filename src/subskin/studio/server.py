@@ -16,7 +16,7 @@ from .client import Client
 from .guard import Guard, Keys
 from .protocol import LARGEST
 from .studio import Studio
-from .views.kept import picture_of
+from .views.finger import picture_of
 from .views.state import FingerState
 
 __all__ = ["app_of"]

@@ -18,12 +18,11 @@ from ....memo import ERRATA
 from ...view import FromPage, StudioView, asked
 from .contacts import FIGURES as CONTACTS
 from .figure import Figure
-from .particle import FIGURES as PARTICLE
 from .waves import FIGURES as WAVES
 
 __all__ = ["MemoState", "MemoView", "look", "tree_of", "words_of"]
 
-_ALL = {f.key: f for f in sorted((*CONTACTS, *WAVES, *PARTICLE), key=lambda f: int(f.key))}
+_ALL = {f.key: f for f in sorted((*CONTACTS, *WAVES), key=lambda f: int(f.key))}
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 """The hyphen of a negative number."""
 _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[0-9][0-9.e]*|[A-Za-z]|[{}^_]|\S")
