@@ -11,8 +11,8 @@ from matplotlib.patches import FancyArrowPatch
 
 import subskin as ss
 from subskin import plot
-from subskin.errors import GeometryError, InvalidValueError, NotLinearError
-from subskin.plot import COMPONENTS, finger_section, receptive_fields, truth_against_estimate
+from subskin.errors import GeometryError, InvalidValueError
+from subskin.plot import COMPONENTS, finger_section, truth_against_estimate
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
 FINGER = ss.Finger(SKIN, ss.SensorArray.line(count=8, pitch=1.5e-3, depth=2e-3, noise=1e-4))
@@ -299,28 +299,6 @@ class TestFingerSection:
         before = frame.copy()
         finger_section(FINGER, TOUCH, readings=frame)
         assert np.array_equal(frame, before, equal_nan=True)
-
-
-class TestReceptiveFields:
-    def test_curves_are_the_receptive_fields(self):
-        figure = receptive_fields(FINGER, (-5e-3, 4e-3))
-        for axes, kind in zip(figure.axes, (0, 1), strict=True):
-            curves = [line for line in axes.lines if np.size(line.get_xdata()) > 100]
-            assert len(curves) == 8
-            for sensor, line in enumerate(curves):
-                y = line.get_xdata() * 1e-3
-                assert (y[0], y[-1]) == pytest.approx((-5e-3, 4e-3))
-                t = FINGER.array.y[sensor] - y
-                shape = (2e-3, t)[kind] * (4e-6 - t**2) / (4e-6 + t**2) ** 2
-                np.testing.assert_allclose(line.get_ydata(), -1.5e6 / (np.pi * 0.4e6) * shape, rtol=0, atol=1e-9)
-        assert figure.axes[0].get_ylabel() == "reading per load [$10^{-6}$ / (N/m)]"
-
-    def test_bad_input_is_said(self):
-        with pytest.raises(InvalidValueError, match="two ascending positions"):
-            receptive_fields(FINGER, (1e-3, -1e-3))
-        energy = ss.Finger(SKIN, ss.SensorArray(y=[0.0], depth=2e-3, transducer=ss.EnergyDensity()))
-        with pytest.raises(NotLinearError):
-            receptive_fields(energy)
 
 
 class TestAbove:

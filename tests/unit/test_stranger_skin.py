@@ -15,7 +15,7 @@ from subskin import design
 from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.io.finger_file import parse_finger
-from subskin.plot import density_figure, finger_section, receptive_fields, response_figure
+from subskin.plot import density_figure, finger_section, response_figure
 
 RUBBER = ss.Material(0.4e6, 0.45)
 LAYER = ss.Layered(ss.Layer(RUBBER, 5e-3))
@@ -172,7 +172,6 @@ TOOLS = {
     "section": lambda f: finger_section(f, TOUCH, f.locate(frames(f)[0])),
     "response drawn": lambda f: response_figure(design.spatial_response(f)),
     "density drawn": lambda f: density_figure(design.sensor_density(f)),
-    "fields drawn": receptive_fields,
 }
 
 

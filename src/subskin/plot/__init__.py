@@ -1,4 +1,4 @@
-"""Figures: the memo's redrawn, truth against estimate, a finger cut open, and its receptive fields.
+"""Figures: the memo's redrawn, truth against estimate, a finger cut open, and what a design comes to.
 
 The only part of `subskin` that imports matplotlib. The user's own settings of it are left as they are:
 figures are made without pyplot, in a style of their own. Each function returns a `matplotlib.figure.Figure`;
@@ -25,7 +25,7 @@ from .memo_lines import figure_2, figure_3, figure_6
 from .pieces import COMPONENTS
 from .placement import design_map_figure, placement_figure, placement_study_figure
 from .pressure import pressure_figure, pressure_image_figure, pressure_movie
-from .response import aliasing_figure, density_figure, receptive_fields, response_figure
+from .response import aliasing_figure, density_figure, response_figure
 from .ridges import figure_16, pressed_ridges_figure, ridge_figure
 from .section import finger_section
 from .shown import estimate_figure, field_map, finger_figure
@@ -62,7 +62,6 @@ __all__ = [
     "pressure_image_figure",
     "pressure_movie",
     "probability_strip",
-    "receptive_fields",
     "response_figure",
     "ridge_figure",
     "save",

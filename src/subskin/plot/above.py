@@ -20,7 +20,7 @@ from ..loads import Load
 from ..skin import Skin
 from . import pieces
 from .marks import heat_maps, mark_drag, mark_found, told
-from .parts import heading, stacked
+from .parts import frame_of, heading, single, stacked
 from .style import BLACK, DOUBLE, GREY, MM, VERMILLION, finished, new_figure
 
 __all__ = ["area_map", "finger_above"]
@@ -90,11 +90,8 @@ def finger_above(
         raise InvalidValueError(f"a {type(contact).__name__}", rule, "ss.PointLoad(force=1.0)")
     chosen = pieces.component_of(component or finger.array.transducers[0].component)
     load = _single(contact, estimate)
-    if readings is not None:
-        frame = _check.real("readings", _check.readings(readings), finite=False)
-        if frame.shape != (len(finger.array),):
-            rule = f"one for each of the {len(finger.array)} sensors"
-            raise GeometryError(f"readings of shape {frame.shape}", rule, "readings[0]")
+    frame = frame_of(finger, readings)
+    if frame is not None:
         return heat_maps(finger, contact, load, frame, title)
     points, depth = MM * finger.array.points, MM * float(np.asarray(finger.array.depth).max())
     seen = [points, *(MM * np.reshape(c.position, (1, 2)) for c in (contact, load) if c is not None)]
@@ -143,8 +140,7 @@ def _cut(contact: LocalContact) -> float:
 
 def _single(contact: LocalContact | None, estimate: Estimate | Load | None) -> Load | None:
     """The load of one frame that was found; refuses batches, and loads that are not on an area."""
-    if contact is not None and contact.shape:
-        raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
+    single("contact", () if contact is None else contact.shape)
     load = estimate.load if isinstance(estimate, Estimate) else estimate
     if load is None:
         return None

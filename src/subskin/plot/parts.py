@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Any
 
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
 
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError
 from ..finger import Finger
 from .style import GREY, new_figure
 
-__all__ = ["heading", "legend", "plain", "stacked", "unit_of", "zero_line"]
+__all__ = ["frame_of", "heading", "legend", "plain", "single", "stacked", "unit_of", "zero_line"]
 
 
 def stacked(
@@ -46,6 +50,23 @@ def unit_of(finger: Finger, otherwise: str) -> str:
     """The unit of all its readings; `otherwise` where they have several."""
     units = {kind.unit for kind in finger.array.transducers}
     return units.pop() if len(units) == 1 else otherwise
+
+
+def single(what: str, shape: tuple[int, ...], rule: str = "a single contact is needed", fix: str = "") -> None:
+    """Refuses a batch where one is drawn."""
+    if shape != ():
+        raise GeometryError(f"{what} of shape {shape}", rule, fix or "draw them one by one")
+
+
+def frame_of(finger: Finger, readings: npt.ArrayLike | None) -> FloatArray | None:
+    """The readings of one frame, one for each sensor, if there are any."""
+    if readings is None:
+        return None
+    frame = _check.real("readings", _check.readings(readings), finite=False)
+    if frame.shape != (len(finger.array),):
+        rule = f"one for each of the {len(finger.array)} sensors"
+        raise GeometryError(f"readings of shape {frame.shape}", rule, "readings[0]")
+    return frame
 
 
 def heading(figure: Figure, text: str) -> None:

@@ -20,7 +20,7 @@ from ..errors import GeometryError, InvalidValueError
 from ..estimate import PressureImage, PressureMap, Status
 from ..io.files import replacing
 from ..loads import force_unit
-from .parts import legend, zero_line
+from .parts import legend, single, zero_line
 from .style import (
     BLACK,
     BLUE,
@@ -75,15 +75,7 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['pressure and shear [kPa]', 'resolution [mm]']
     """
-    if found.shape != ():
-        raise GeometryError(f"maps of shape {found.shape}", "one frame is drawn", "pressure_map(finger, frames[0])")
-    if truth is not None and truth.shape != ():
-        raise GeometryError(f"contacts of shape {truth.shape}", "one is compared with one frame", "a single contact")
-    if not np.isfinite(found.normal_force):
-        status = Status(int(found.status)).name
-        raise InvalidValueError(
-            f"a frame of status {status}", "there is no pressure in it to draw", "a frame with status OK"
-        )
+    _check_one("maps", found, truth)
     figure = new_figure(SINGLE, 88.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     _tractions(upper, found, truth, origin)
@@ -95,6 +87,15 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
     lower.set(xlabel="position along the surface $y$ [mm]", ylabel="resolution [mm]")
     legend(figure, upper, loc="outside upper center", ncols=2)
     return figure
+
+
+def _check_one(what: str, found: PressureMap | PressureImage, truth: Contact | LocalContact | None) -> None:
+    """Refuses more than one frame or contact, and a frame without a pressure."""
+    single(what, found.shape, "one frame is drawn", "pressure_map(finger, frames[0])")
+    single("contacts", () if truth is None else truth.shape, "one is compared with one frame", "a single contact")
+    if not np.isfinite(found.normal_force):
+        seen = f"a frame of status {Status(int(found.status)).name}"
+        raise InvalidValueError(seen, "there is no pressure in it to draw", "a frame with status OK")
 
 
 def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: float) -> None:
@@ -187,20 +188,12 @@ def pressure_image_figure(
     >>> [axes.get_title(loc="left") for axes in figure.axes[:2]]
     ['found', 'truth']
     """
-    if found.shape != ():
-        raise GeometryError(f"images of shape {found.shape}", "one frame is drawn", "pressure_map(finger, frames[0])")
-    if truth is not None and truth.shape != ():
-        raise GeometryError(f"contacts of shape {truth.shape}", "one is compared with one frame", "a single contact")
-    if not np.isfinite(found.normal_force):
-        status = Status(int(found.status)).name
-        raise InvalidValueError(
-            f"a frame of status {status}", "there is no pressure in it to draw", "a frame with status OK"
-        )
+    _check_one("images", found, truth)
     at = _Axes(origin, turn)
     y, z = np.meshgrid(found.y, found.z, indexing="ij")
     axes_beside: tuple[npt.NDArray[np.float64], ...] = found.y, found.z
     if truth is None:
-        beside = 1.959964 * found.pressure_std
+        beside = NORMAL_95 * found.pressure_std
         largest = float(found.pressure.max())
     else:
         axes_beside = tuple(np.linspace(one[0], one[-1], _FINER * (one.size - 1) + 1) for one in axes_beside)

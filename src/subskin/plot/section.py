@@ -11,7 +11,6 @@ from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from .. import _check
 from .._check import FloatArray
 from ..array import SensorArray
 from ..contact import Contact, ContactSum, LineLoad
@@ -20,7 +19,7 @@ from ..estimate import Estimate, Status
 from ..finger import Finger
 from ..skin import Skin
 from . import pieces
-from .parts import stacked, unit_of, zero_line
+from .parts import frame_of, single, stacked, unit_of, zero_line
 from .style import BLACK, DOUBLE, MM, NORMAL_95, VERMILLION, finished
 
 __all__ = ["cut_open", "draw_found", "finger_section"]
@@ -81,13 +80,8 @@ def finger_section(
         )
     name = "" if contact is None else "load" if estimate is None else "true"
     contact = _load_of(estimate) if contact is None else contact
-    if contact.shape:
-        raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
-    frame = None if readings is None else _check.real("readings", _check.readings(readings), finite=False)
-    if frame is not None and frame.shape != (len(finger.array),):
-        raise GeometryError(
-            f"readings of shape {frame.shape}", f"one for each of the {len(finger.array)} sensors", "readings[0]"
-        )
+    single("contact", contact.shape)
+    frame = frame_of(finger, readings)
     window, shallowest = window_of(finger, _resultants(contact)), MM * float(np.asarray(finger.array.depth).min())
     return cut_open(
         finger.skin, window, contact, chosen, near=0.3 * shallowest, room=0.5, name=name, finger=finger,

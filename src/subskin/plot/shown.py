@@ -17,7 +17,7 @@ from ..loads import Load
 from ..skin import Skin
 from . import pieces
 from .above import area_map, finger_above
-from .parts import legend
+from .parts import legend, single
 from .section import cut_open, draw_found, finger_section, window_of
 from .strips import contact_strip
 from .style import BLACK, GREY, MM, SINGLE, finished, new_figure
@@ -113,8 +113,7 @@ def field_map(
     if isinstance(contact, LocalContact):
         return area_map(skin, contact, component, span, depth)
     chosen = pieces.component_of(component)
-    if contact.shape:
-        raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
+    single("contact", contact.shape)
     left, right = _check.ends("span", span, "span=(-5e-3, 5e-3)") or _around(contact, skin)
     if not left < right:
         raise InvalidValueError(f"span = {span!r}", "has to ascend", "span=(-5e-3, 5e-3)")

@@ -227,27 +227,22 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     for index in np.ndindex(shape):
         load, share = LineLoads(*(values[index] for values in lines)), shares[index]
         ends = float(low[index]), float(high[index])
-        crests, troughs = (
-            ridge_positions(float(pitch[index]), float(crest[index]), ends, shift) for shift in (0.0, 0.5)
-        )
         both = np.stack([np.ones_like(share), share, share - ridges.mean])
         read = partial(_readings, field, finger.skin.period, load, both)
-        smooth, peak, ripple = largest(read, *ends, depth)
+        smooth, gains = largest(read, ends, depth, float(pitch[index]), float(crest[index]))
         if not smooth > 0:
             raise InvalidValueError(
                 f"a smooth contact that sensor {sensor} does not read",
                 "a gain needs something to compare with",
                 "another sensor, or a transducer that reads the contact",
             )
-        beneath, between = (float(np.abs(read(at)[1]).max()) for at in (crests, troughs))
         force = load.normal if load.normal.any() else load.tangential
         left = float((force * share).sum())
         ratio = float(force.sum()) / left if left else np.inf
-        values = (smooth, ratio, max(peak, beneath, between), beneath, between, ripple)
-        for (name, array), value in zip(out.items(), values, strict=True):
-            array[index] = value / smooth if name in Gains._fields else value
-    gains = Gains(*(out.pop(name) for name in Gains._fields))
-    return RidgeGain(finger, contact, ridges, sensor, pitch.copy(), 0.5 * (high - low), **out, equal_peak=gains)
+        for array, value in zip(out.values(), (smooth, ratio, *gains), strict=True):
+            array[index] = value
+    equal_peak = Gains(*(out.pop(name) for name in Gains._fields))
+    return RidgeGain(finger, contact, ridges, sensor, pitch.copy(), 0.5 * (high - low), **out, equal_peak=equal_peak)
 
 
 def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None) -> FloatArray:
@@ -297,7 +292,7 @@ def _broken_up(
     return (low, high), lines, wide.share(lines.y)
 
 
-def ridge_positions(pitch: float, crest: float, ends: tuple[float, float], shift: float) -> FloatArray:
+def _ridges_at(pitch: float, crest: float, ends: tuple[float, float], shift: float) -> FloatArray:
     """Crests (shift 0) or troughs (shift 1/2) beneath the contact, and the nearest to its middle."""
     start = crest + shift * pitch
     first, last = (int(np.ceil((ends[0] - start) / pitch)), int(np.floor((ends[1] - start) / pitch)))
@@ -323,10 +318,19 @@ def _readings(field: Response, period: float, load: LineLoads, shares: FloatArra
     return out
 
 
-def largest(read: Callable[[FloatArray], FloatArray], low: float, high: float, depth: float) -> list[float]:
-    """Largest size of each row of `read`, at positions about a contact; where it lies is looked at more closely."""
+def largest(
+    read: Callable[[FloatArray], FloatArray], ends: tuple[float, float], depth: float, pitch: float, crest: float
+) -> tuple[float, Gains]:
+    """Largest reading about a smooth contact, and the gains by ridges; where it lies is looked at more closely.
+
+    `read` has three rows: without ridges, with them, and their ripple.
+    """
+    low, high = ends
     start, stop = low - _BEYOND * depth, high + _BEYOND * depth
     along = np.linspace(start, stop, int(np.ceil((stop - start) / depth * _PER_DEPTH)) + 1)
     closer = (along[1] - along[0]) * np.linspace(-1, 1, _CLOSER)
     tops = along[np.argmax(np.abs(read(along)), axis=1)]
-    return [float(np.abs(read(top + closer)[i]).max()) for i, top in enumerate(tops)]
+    smooth, peak, ripple = (float(np.abs(read(top + closer)[i]).max()) for i, top in enumerate(tops))
+    beneath, between = (float(np.abs(read(_ridges_at(pitch, crest, ends, s))[1]).max()) for s in (0.0, 0.5))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return smooth, Gains(*(np.divide((max(peak, beneath, between), beneath, between, ripple), smooth)))

@@ -14,7 +14,7 @@ from ...finger import Finger, finger_needed
 from ...pressing import SineRidges, press
 from ...skin import Skin
 from .._common import Found, refuse_ridges
-from .gain import Gains, largest, ridge_gain, ridge_positions
+from .gain import Gains, largest, ridge_gain
 from .shape import Ridges, ShapeName
 
 __all__ = ["PressedRidges", "closing_pressure", "press_ridges"]
@@ -187,8 +187,5 @@ def _solved(finger: Finger, sensor: int, smooth: PressureProfile, ridged: Pressu
         without, with_ = (Finger(finger.skin, row).measure(c, linear=True) for c in (smooth, ridged))
         return np.stack([without, with_, with_ - without])
 
-    low, high = (float(v) for v in (min(smooth.nodes[0], ridged.nodes[0]), max(smooth.nodes[-1], ridged.nodes[-1])))
-    top, peak, ripple = largest(read, low, high, depth)
-    beneath, between = (float(np.abs(read(ridge_positions(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5))
-    values = (max(peak, beneath, between), beneath, between, ripple)
-    return Gains(*(np.asarray(v / top) for v in values))
+    ends = min(smooth.nodes[0], ridged.nodes[0]), max(smooth.nodes[-1], ridged.nodes[-1])
+    return largest(read, (float(ends[0]), float(ends[1])), depth, pitch, 0.0)[1]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from itertools import islice
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -95,48 +96,62 @@ def _forces(grid: DesignGrid) -> Iterator[Remedy]:
         yield Remedy(what, value if value > 0 else np.nan, grid.row(*map(int, at)))
 
 
+class Change(NamedTuple):
+    """A change of some `size`, its `value`, and the goals and the depth with which designs are then looked for."""
+
+    size: float
+    value: float
+    goals: Goals
+    depth: float
+
+
 def _moduli(grid: DesignGrid) -> Remedy:
     """The change of all moduli that is nearest to none."""
-    goals, best = grid.goals, Remedy("young", np.nan)
-    for k, m in np.ndindex(grid.excess.shape[:2]):
+    goals = grid.goals
+
+    def tried(k: int, m: int) -> Iterator[Change]:
         own = goals.skins[k]
         strains = [loaded(goals, k, m, float(depth))["strain"] / goals.largest_strain for depth in grid.depths[k]]
-        for d in np.argsort(np.abs(np.log(strains)), kind="stable")[: _TRIED if not goals.on_area else 1].tolist():
+        for d in np.argsort(np.abs(np.log(strains)), kind="stable").tolist():
             factor = float(strains[d]) * (1 + 1e-9)
-            if best.row is not None and abs(np.log(factor)) >= abs(np.log(best.value)):
-                break
             stiff = own.skin.with_(materials=[replace(x, young=factor * x.young) for x in own.skin.materials])
             skins = tuple(SkinChoice(c.name, stiff) if i == k else c for i, c in enumerate(goals.skins))
-            row = _meeting(grid, replace(goals, skins=skins), k, m, float(grid.depths[k, d]), goals.layouts)
-            if row is not None:
-                best = Remedy("young", factor, row)
-                break
-    return best
+            yield Change(abs(np.log(factor)), factor, replace(goals, skins=skins), float(grid.depths[k, d]))
+
+    return _least(grid, "young", tried)
 
 
 def _depths(grid: DesignGrid) -> Remedy:
     """The depth outside the room that is nearest to it."""
-    goals, best = grid.goals, Remedy("depth", np.nan)
-    shallow, deep = goals.room.depth
-    outside = [
-        *np.geomspace(shallow, shallow / _FURTHER, _STEPS + 1)[1:],
-        *np.geomspace(deep, deep * _FURTHER, _STEPS + 1)[1:],
-    ]
+    goals, (shallow, deep) = grid.goals, grid.goals.room.depth
+    steps = np.geomspace(1.0, _FURTHER, _STEPS + 1)[1:]
+    outside = sorted([*zip(steps, shallow / steps), *zip(steps, deep * steps)], key=lambda one: one[0])
 
-    def far(depth: float) -> float:
-        return float(max(shallow / depth, depth / deep))
+    def tried(k: int, m: int) -> Iterator[Change]:
+        deepest = DEEPEST * goals.skins[k].skin.thickness
+        for far, depth in outside:
+            if depth <= deepest and _bears(grid, goals, k, m, float(depth)):
+                yield Change(float(far), float(depth), goals, float(depth))
 
+    return _least(grid, "depth", tried)
+
+
+def _least(grid: DesignGrid, what: Literal["young", "depth"], tried: Callable[[int, int], Iterator[Change]]) -> Remedy:
+    """The least change that lets a design meet the goals, of those `tried` of a skin and kind, the least first."""
+    best, least = Remedy(what, np.nan), np.inf
     for k, m in np.ndindex(grid.excess.shape[:2]):
-        thickness = goals.skins[k].skin.thickness
-        fit = [float(x) for x in outside if x <= DEEPEST * thickness and _bears(grid, goals, k, m, float(x))]
-        for depth in sorted(fit, key=far)[: _TRIED if not goals.on_area else 1]:
-            if best.row is not None and far(depth) >= far(best.value):
+        for change in islice(tried(k, m), _most_tried(grid.goals)):
+            if change.size >= least:
                 break
-            row = _meeting(grid, goals, k, m, depth, goals.layouts)
+            row = _meeting(grid, change.goals, k, m, change.depth, grid.goals.layouts)
             if row is not None:
-                best = Remedy("depth", depth, row)
+                best, least = Remedy(what, change.value, row), change.size
                 break
     return best
+
+
+def _most_tried(goals: Goals) -> int:
+    return 1 if goals.on_area else _TRIED
 
 
 def _counts(grid: DesignGrid) -> Remedy:
@@ -158,9 +173,8 @@ def _counts(grid: DesignGrid) -> Remedy:
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf).min(axis=(3, 4))
     for k, m in np.ndindex(excess.shape[:2]):
         bear = [d for d in range(excess.shape[2]) if _bears(grid, goals, k, m, float(grid.depths[k, d]))]
-        for d in np.array(bear, dtype=int)[np.argsort(excess[k, m, bear], kind="stable")][
-            : _TRIED if not goals.on_area else 1
-        ].tolist():
+        likeliest = np.array(bear, dtype=int)[np.argsort(excess[k, m, bear], kind="stable")]
+        for d in likeliest[: _most_tried(goals)].tolist():
             row = _meeting(grid, wider, k, m, float(grid.depths[k, d]), more)
             if row is not None and not row.count >= best.value:
                 best = Remedy("count", row.count, row)
