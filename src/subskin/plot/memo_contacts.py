@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,12 +38,8 @@ def figure_9() -> Figure:
     inside = np.sin(np.linspace(-0.5, 0.5, 800)[1:-1] * np.pi)
     surface.plot(inside, punch.pressure(inside), color=BLUE)
     surface.plot(inside, wedge.pressure(inside), color=VERMILLION)
-    for axes, depth, reach in ((near, 0.5, 3), (far, 2.0, 6)):
-        y = np.linspace(-reach, reach, 601)
-        for name, (contact, colour, dash) in looks.items():
-            strain = UNIT_SKIN.strain(contact, x=depth, y=y).xx
-            axes.plot(y, strain, color=colour, linestyle=dash, label=name)
-        _along(axes, reach, _STRAIN)
+    _strains(near, 0.5, 3, looks)
+    _strains(far, 2.0, 6, looks)
     _along(surface, 2, "pressure on the surface $p\\,a/P$")
     surface.set_ylim(0.0, 1.6)
     titles = ("Surface", "Depth $a/2$", "Depth $2\\,a$")
@@ -104,14 +100,11 @@ def figure_13() -> Figure:
     """A cylinder dragged at several angles: strain at two depths, and its slope beneath the centre."""
     figure = new_figure(DOUBLE, 80.0)
     far, near, slopes = figure.subplots(1, 3)
+    colours = {0: SKY, 15: BLUE, 30: GREEN, 45: VERMILLION}
+    dragged = {f"α = {a}°": (Hertz(1.0, np.deg2rad(a), half_width=1.0), c, "solid") for a, c in colours.items()}
     for axes, depth, reach in ((far, 2.0, 6), (near, 0.4, 3)):
-        y = np.linspace(-reach, reach, 601)
-        for degrees, colour in {0: SKY, 15: BLUE, 30: GREEN, 45: VERMILLION}.items():
-            touch = Hertz(1.0, np.deg2rad(degrees), half_width=1.0)
-            axes.plot(y, UNIT_SKIN.strain(touch, x=depth, y=y).xx, color=colour, label=f"α = {degrees}°")
+        _strains(axes, depth, reach, dragged)
         _tangents(axes, np.deg2rad(45.0), depth, reach)
-        _along(axes, reach, _STRAIN)
-
     x = np.linspace(0.0, 4.0, 401)
     right, printed = _slopes(x)
     slopes.plot(x, right, color=BLACK, label="slope under the centre")
@@ -126,6 +119,14 @@ def figure_13() -> Figure:
     titles = ("Depth $2\\,a$", "Depth $0.4\\,a$", "Slope against depth")
     _finish(figure, "Cylinder dragged to +y at angle α", (far, near, slopes), titles, far, slopes)
     return figure
+
+
+def _strains(axes: Axes, depth: float, reach: int, touches: Mapping[str, tuple[Contact, str, Any]]) -> None:
+    """The strain at a depth under touches, by their names, each in its colour and dashes."""
+    y = np.linspace(-reach, reach, 601)
+    for name, (contact, colour, dash) in touches.items():
+        axes.plot(y, UNIT_SKIN.strain(contact, x=depth, y=y).xx, color=colour, linestyle=dash, label=name)
+    _along(axes, reach, _STRAIN)
 
 
 def _along(axes: Axes, reach: int, label: str) -> None:
