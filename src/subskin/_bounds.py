@@ -1,30 +1,40 @@
-"""Bounds of numbers: those that a name has, and those of all numbers, within which their powers stay finite."""
+"""NumberBounds of numbers: those that a name has, and those of all numbers, within which their powers stay finite."""
 
 from __future__ import annotations
+
+from typing import TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import InvalidValueError
 
-__all__ = ["LARGEST", "SMALLEST", "keep"]
+__all__ = ["LARGEST", "SMALLEST", "NumberBounds", "NumberLimits", "keep"]
 
 LARGEST, SMALLEST = 1e75, 1e-75
 """Magnitudes between which a number lies, or above 0: its fourth power, and one over that, are floats still."""
 
 
-def keep(
-    name: str,
-    array: npt.NDArray[np.float64],
-    *,
-    unit: str,
-    above: float | None,
-    at_least: float | None,
-    at_most: float | None,
-    finite: bool,
-    fix: str,
-) -> None:
-    """Refuse the first number that is out of bounds; one that is not finite passes where `finite` is False."""
+class NumberBounds(TypedDict, total=False):
+    """What bounds a number, whether it has to be finite (it has), and what an error proposes."""
+
+    above: float | None
+    at_least: float | None
+    at_most: float | None
+    finite: bool
+    fix: str
+
+
+class NumberLimits(NumberBounds, total=False):
+    """The same, and its SI unit."""
+
+    unit: str
+
+
+def keep(name: str, array: npt.NDArray[np.float64], limits: NumberLimits) -> None:
+    """Refuse the first number that is out of bounds; one that is not finite passes where it need not be."""
+    above, at_least, at_most = limits.get("above"), limits.get("at_least"), limits.get("at_most")
+    unit, fix = limits.get("unit", ""), limits.get("fix", "")
     if not array.size:
         return
     least, most = np.minimum.reduce(array, axis=None), np.maximum.reduce(array, axis=None)  # NaN where one is NaN
@@ -36,7 +46,7 @@ def keep(
 
     if not -LARGEST <= least <= most <= LARGEST:
         known = np.isfinite(array)
-        if finite:
+        if limits.get("finite", True):
             refuse(known, "finite")
         refuse(~known | (np.abs(array) <= LARGEST), f"at most {LARGEST:g} in magnitude")
     if above is not None and not least > above:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _bounds
+from ._bounds import NumberLimits
 from .errors import GeometryError, InvalidValueError, UnknownOptionError, ValidityWarning, printable
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
@@ -23,28 +24,19 @@ _NO_NUMBERS = "bSUMmc"
 """Kinds of arrays that NumPy would take for numbers: truths, text, dates, complex ones without their imaginary part."""
 
 
-def real(
-    name: str,
-    value: npt.ArrayLike,
-    *,
-    unit: str = "",
-    above: float | None = None,
-    at_least: float | None = None,
-    at_most: float | None = None,
-    finite: bool = True,
-    fix: str = "",
-) -> FloatArray:
-    """`value` as a read-only float array that is not the caller's own, within the stated bounds and those of all.
+def real(name: str, value: npt.ArrayLike, **limits: Unpack[NumberLimits]) -> FloatArray:
+    """`value` as a read-only float array that is not the caller's own, within the stated limits and those of all.
 
-    A quantity of pint is converted to `unit`; one of another dimension is refused.
+    A quantity of pint is converted to the unit; one of another dimension is refused.
     """
     plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
-    array = np.array(value) if plain else _floats(name, value, unit, fix)
+    array = np.array(value) if plain else _floats(name, value, limits.get("unit", ""), limits.get("fix", ""))
+    above, at_least, at_most = limits.get("above"), limits.get("at_least"), limits.get("at_most")
     low = -_bounds.LARGEST if at_least is None else at_least
     low = low if above is None else max(low, above or _bounds.SMALLEST)
     usual = array.size and low < np.minimum.reduce(array, axis=None)
     if not (usual and np.maximum.reduce(array, axis=None) <= (_bounds.LARGEST if at_most is None else at_most)):
-        _bounds.keep(name, array, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
+        _bounds.keep(name, array, limits)
     array.flags.writeable = False
     return array
 
@@ -253,21 +245,11 @@ def warn(message: str, category: type[Warning] = ValidityWarning) -> None:
     warnings.warn(message, category, stacklevel=level)
 
 
-def scalar(
-    name: str,
-    value: npt.ArrayLike,
-    *,
-    unit: str = "",
-    above: float | None = None,
-    at_least: float | None = None,
-    at_most: float | None = None,
-    finite: bool = True,
-    fix: str = "",
-) -> float:
+def scalar(name: str, value: npt.ArrayLike, **limits: Unpack[NumberLimits]) -> float:
     """Like `real`, for a value that has to be a single number."""
-    array = real(name, value, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
+    array = real(name, value, **limits)
     if array.ndim:
-        raise InvalidValueError(f"{name} of shape {array.shape}", "a single number is needed", fix)
+        raise InvalidValueError(f"{name} of shape {array.shape}", "a single number is needed", limits.get("fix", ""))
     return float(array)
 
 

@@ -9,12 +9,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cache, wraps
 from inspect import Parameter, signature
-from typing import Annotated, Any, Literal, ParamSpec, TypeAlias, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, ParamSpec, TypeAlias, TypeVar, Union, Unpack, get_args, get_origin
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _bounds, _check
+from ._bounds import NumberBounds, NumberLimits
 from ._check import FloatArray
 from ._frozen import Frozen
 
@@ -50,19 +51,9 @@ class Real:
     are no numbers.
     """
 
-    def __init__(
-        self,
-        unit: str = "",
-        *,
-        above: float | None = None,
-        at_least: float | None = None,
-        at_most: float | None = None,
-        finite: bool = True,
-        fix: str = "",
-    ) -> None:
-        self._limits: dict[str, Any] = {
-            "unit": unit, "above": above, "at_least": at_least, "at_most": at_most, "finite": finite, "fix": fix,
-        }  # fmt: skip
+    def __init__(self, unit: str = "", **limits: Unpack[NumberBounds]) -> None:
+        self._limits: NumberLimits = {**limits, "unit": unit}
+        above, at_least, at_most = limits.get("above"), limits.get("at_least"), limits.get("at_most")
         lows = [-_bounds.LARGEST] if at_least is None else [-_bounds.LARGEST, at_least]
         if above is not None:
             lows.append(_bounds.SMALLEST if above == 0.0 else math.nextafter(above, math.inf))
@@ -80,7 +71,7 @@ class Real:
 
     def pair(self, name: str, value: Any) -> tuple[float, float]:
         """Two numbers; whether they ascend is for others to say."""
-        both = _check.pair(name, value, self._limits["fix"], self._limits["unit"])
+        both = _check.pair(name, value, self._limits.get("fix", ""), self._limits["unit"])
         self.several(name, both)
         return both
 

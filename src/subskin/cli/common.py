@@ -35,6 +35,7 @@ __all__ = [
     "listed",
     "number",
     "outputs_of",
+    "plain",
     "positive",
     "progress_bar",
     "quantity_range",
@@ -296,7 +297,7 @@ def give(
         if target is not None:
             write(target)
     if options.json:
-        to_standard_output(json.JSONEncoder(allow_nan=False).iterencode(_plain(data())), end="\n")
+        to_standard_output(json.JSONEncoder(allow_nan=False).iterencode(plain(data())), end="\n")
         return 0
     out = say(options)
     people(out)
@@ -363,14 +364,14 @@ def _widths(columns: Sequence[Sequence[str]], left: int, room: float) -> list[in
     return widths
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """What JSON can say; what is not a number is null."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if hasattr(value, "tolist"):  # a NumPy array or number
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value

@@ -19,7 +19,7 @@ from ..live.batch import Batch
 from ..live.events import Event
 from ..loads import force_unit
 from .answers import Answers, estimate_columns
-from .common import number
+from .common import number, plain
 
 __all__ = ["Bars", "JsonLines", "PlainLines", "View"]
 
@@ -256,7 +256,7 @@ class JsonLines(View):
         for event in batch.events:
             told = {"event": event.kind, "time": event.time, "row": event.frame, "text": event.text}
             lines.append({"kind": "event", **told, "values": dict(event.values)})
-        text = "".join(json.dumps(_plain(line), allow_nan=False) + "\n" for line in lines)
+        text = "".join(json.dumps(plain(line), allow_nan=False) + "\n" for line in lines)
         sys.stdout.write(text)
         sys.stdout.flush()
 
@@ -356,16 +356,3 @@ def columns_of(file: FingerFile, batch: Batch) -> dict[str, Any]:
 
 def _value(reading: float) -> str:
     return number(float(reading), 3).rjust(10)
-
-
-def _plain(value: Any) -> Any:
-    """What JSON can say; what is no number is null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value

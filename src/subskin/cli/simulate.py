@@ -23,7 +23,7 @@ _EXAMPLES = """\
   subskin simulate area.toml -o touches.csv --force "1 N" --angle "0..30 deg" --azimuth "0..360 deg"
   subskin simulate real.toml -o raw.csv --recording --count 31 --drift 40 --relaxation 0.2 --dead 2 --spread 0.2
 """
-_LOCAL = {"point": PointLoad, "round_hertz": RoundHertz, "round_punch": RoundPunch, "cone": Cone}
+_LOCAL: dict[str, Any] = {"point": PointLoad, "round_hertz": RoundHertz, "round_punch": RoundPunch, "cone": Cone}
 _MOST = 100_000_000  # readings: more would not fit into memory
 
 

@@ -50,9 +50,7 @@ def opened(path: str | Path) -> Iterator[io.BufferedReader]:
         except FileNotFoundError:
             raise FileError(name, "there is no such file", "check the name and the folder") from None
         except (OSError, ValueError) as error:
-            raise FileError(
-                name, f"it cannot be read ({_reason(error)})", "check the file and its permissions"
-            ) from None
+            raise _unreadable(name, error) from None
         if start == b"PAR1" and not file.seekable():  # Parquet is read from its end
             held = stack.enter_context(tempfile.TemporaryFile())
             shutil.copyfileobj(file, held)
@@ -80,9 +78,7 @@ def read_bytes(path: str | Path) -> bytes:
         try:
             return file.read()
         except OSError as error:
-            raise FileError(
-                str(path), f"it cannot be read ({_reason(error)})", "check the file and its permissions"
-            ) from None
+            raise _unreadable(path, error) from None
 
 
 def check_target(path: str | Path) -> None:
@@ -102,9 +98,7 @@ def check_target(path: str | Path) -> None:
     except (OSError, ValueError) as error:
         if isinstance(error, FileError):
             raise
-        raise FileError(
-            str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
-        ) from None
+        raise _unwritable(path, error) from None
 
 
 def apart(inputs: Mapping[str, str], outputs: Mapping[str, str]) -> None:
@@ -165,17 +159,13 @@ def replacing(path: str | Path) -> Iterator[Path]:
         except BrokenPipeError:
             raise
         except OSError as error:
-            raise FileError(
-                str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
-            ) from None
+            raise _unwritable(path, error) from None
         return
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", suffix=".part", dir=target.parent)
         os.close(handle)
     except (OSError, ValueError) as error:
-        raise FileError(
-            str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
-        ) from None
+        raise _unwritable(path, error) from None
     part = Path(name)
     try:
         yield part
@@ -184,9 +174,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
             os.fsync(file.fileno())
         part.replace(target)
     except OSError as error:
-        raise FileError(
-            str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
-        ) from None
+        raise _unwritable(path, error) from None
     finally:
         part.unlink(missing_ok=True)
 
@@ -195,9 +183,7 @@ def _behind(link: Path) -> Path:
     try:
         return link.resolve()
     except (OSError, RuntimeError) as error:  # RuntimeError: a loop of links, before Python 3.13
-        raise FileError(
-            str(link), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
-        ) from None
+        raise _unwritable(link, error) from None
 
 
 @contextlib.contextmanager
@@ -276,13 +262,26 @@ def _mode(target: Path) -> int:
     """Permissions of the file that is replaced, or those that a new file would get."""
     if target.exists():
         return stat.S_IMODE(target.stat().st_mode)
+    return 0o666 & ~umask()
+
+
+def umask() -> int:
+    """The permissions that new files and folders do not get."""
     mask = os.umask(0)
     os.umask(mask)
-    return 0o666 & ~mask
+    return mask
 
 
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
+
+
+def _unreadable(path: object, error: Exception) -> FileError:
+    return FileError(str(path), f"it cannot be read ({_reason(error)})", "check the file and its permissions")
+
+
+def _unwritable(path: object, error: Exception) -> FileError:
+    return FileError(str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file")
 
 
 def size_of(file: BinaryIO) -> int | None:

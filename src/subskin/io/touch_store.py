@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import tempfile
 import time
@@ -22,7 +21,7 @@ from .._path import path_of
 from .._tasks import Executor, run_tasks
 from ..errors import FileError, WorkersError
 from ..synthetic import FAULTS, RandomTouches, TouchShard
-from .files import check_target
+from .files import check_target, umask
 from .touches_file import CHUNK, TouchesFile
 
 __all__ = ["TouchesCost", "cost_of_touches", "save_touches", "shards_done"]
@@ -243,7 +242,7 @@ def _make(zarr: Any, target: Path, file: TouchesFile, count: int | None = None) 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that this part of the format may change; xarray reads it
             zarr.consolidate_metadata(part)
-        part.chmod(0o777 & ~_mask())
+        part.chmod(0o777 & ~umask())
         part.rename(target)
     except OSError as error:
         shutil.rmtree(part, ignore_errors=True)
@@ -252,12 +251,6 @@ def _make(zarr: Any, target: Path, file: TouchesFile, count: int | None = None) 
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)
         raise
-
-
-def _mask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _about(file: TouchesFile) -> dict[str, Any]:
