@@ -1,12 +1,14 @@
 """Real forms of fields: pure functions that any array namespace can run, and nothing else worked out for a reading."""
 
 import math
-from types import SimpleNamespace
+from types import FunctionType, SimpleNamespace
 
+import numba as nb
 import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.contact import discs
 from subskin.skin._deferred import DeferredStrain
 
 SOFT = ss.Material(0.4e6, 0.4)
@@ -39,6 +41,28 @@ def test_forms_run_on_single_numbers(shape):
     whole = form.parts(np, (0, 1), x, *at, *load[1:], *form.sizes)
     each = [form.parts(FLOATS, (0, 1), x, float(y), float(z), *map(float, load[1:]), *sizes) for y, z in zip(*at)]
     np.testing.assert_allclose(np.moveaxis(whole, -1, 0), each, rtol=1e-12)
+
+
+def jitted(function):
+    """A pure function and those of the package that it calls, compiled by Numba as they stand."""
+    seen = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        one = seen.get(name)
+        if isinstance(one, FunctionType) and one.__module__.startswith("subskin."):
+            seen[name] = jitted(one)
+    return nb.njit(FunctionType(function.__code__, seen, function.__name__, function.__defaults__))
+
+
+@pytest.mark.parametrize("disc", [discs.hertz_disc, discs.punch_disc, discs.cone_disc])
+def test_numba_runs_the_same_lines(disc):
+    inner = jitted(disc)
+
+    @nb.njit
+    def both(x, r2):
+        return inner(np, (0, 1), x, r2)
+
+    for x, r2 in ((0.3, 0.2), (1.7, 0.4), (0.1, 2.3)):
+        np.testing.assert_allclose(both(x, r2), disc(np, (0, 1), np.array(x), np.array(r2)), rtol=1e-12)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
