@@ -4,8 +4,7 @@ from collections.abc import Mapping
 
 from .base import Skin
 from .half_plane import HalfPlane
-from .half_space import HalfSpace
-from .in_space import in_space
+from .half_space import HalfSpace, in_space
 from .layer import Layer
 from .layered import Layered
 from .ridged import Ridged

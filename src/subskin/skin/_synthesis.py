@@ -15,7 +15,7 @@ from ..errors import GeometryError
 from ..material import Material
 from ..tensor import State, Strain, Stress
 
-__all__ = ["Answer", "hooke", "layers_hooke", "panels", "reach", "remembered", "synthesise"]
+__all__ = ["Answer", "layers_hooke", "of_layers", "panels", "reach", "remembered", "synthesise"]
 
 Answer = Callable[[FloatArray], FloatArray]
 """Amplitudes at depths x, shape (x, k, 3, 2): of sigma_x, tau_xy and eps_y, under p = cos(k y) and under q = sin(k y).
@@ -112,6 +112,29 @@ def synthesise(
     back = np.argsort(order)
     lengths = [shape[i] for i in order]
     return out.reshape(3, *lengths).transpose(0, *(1 + back))
+
+
+def of_layers(
+    contact: Contact,
+    x: FloatArray,
+    y: FloatArray,
+    materials: tuple[Material, ...],
+    positions: npt.NDArray[np.intp],
+    waves: Callable[[], tuple[FloatArray, FloatArray, Answer]],
+    closed: Callable[[Contact], FloatArray],
+) -> State:
+    """The state at points of layers: what `synthesise` makes of `waves`, and in the first layer a closed form.
+
+    `positions` says in which of the `materials` each point lies; `closed` gives sigma_x, tau_xy and eps_y, (3, ...).
+    """
+    shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
+    if not np.prod(shape):
+        return hooke(np.zeros((3, *shape)), materials[0])
+    fields, upper = synthesise(contact, x, y, *waves()), positions == 0
+    if upper.any():
+        own = closed(contact)
+        fields += own if upper.all() else np.where(upper, own, 0.0)
+    return layers_hooke(fields, materials, np.broadcast_to(positions, shape))
 
 
 class _Waves:

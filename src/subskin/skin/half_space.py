@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray, each_read_only
 from ..contact import Contact, LocalContact
 from ..material import Material
@@ -21,7 +22,7 @@ from .base import Materials, Skin
 from .half_plane import HalfPlane
 from .surface import grid_of
 
-__all__ = ["HalfSpace"]
+__all__ = ["HalfSpace", "in_space"]
 
 
 @dataclass(frozen=True)
@@ -112,3 +113,26 @@ class HalfSpace(Skin):
             return Deferred(stress, strain, moved, tilt)
 
         return state
+
+
+def in_space(skin: Skin) -> Skin | None:
+    """The same skin for touches on a point or an area; None where nobody knows it.
+
+    A half plane in plane strain is a half space under contacts that have no end; a slice and a round finger are solved
+    in their plane alone.
+
+    Parameters
+    ----------
+    skin : Skin
+        Any skin.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> print(in_space(ss.HalfPlane(ss.Material(young=0.4e6))))
+    a half space (0.4 MPa, nu 0.5)
+    """
+    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
+    if skin.takes_local:
+        return skin
+    return HalfSpace(skin.material) if isinstance(skin, HalfPlane) and skin.plane == "strain" else None

@@ -25,7 +25,7 @@ from ._local import Added, stack_displacements
 from ._points import blank_local, local_points, wave_points
 from ._radial import DISPLACEMENTS, point_table
 from ._riesz import displacements_of, fields_of, turns_of
-from ._synthesis import Answer, hooke, layers_hooke, panels, reach, remembered, synthesise
+from ._synthesis import Answer, layers_hooke, of_layers, panels, reach, remembered
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 from .layer import SOME_LAYERS, Layer
@@ -137,8 +137,7 @@ class Layered(Skin):
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
         xs, ys, zs = local_points(x, y, z, self.thickness)
-        first, top = self.stack[0].material, self.stack[0].thickness
-        upper = xs <= top
+        first, top, positions = self.stack[0].material, self.stack[0].thickness, self.modes.positions(xs)
         flat = HalfPlane(first).at(xs, ys)
 
         @lru_cache(maxsize=_LENGTHS)
@@ -151,17 +150,13 @@ class Layered(Skin):
         def state(contact: Contact | LocalContact) -> State:
             if isinstance(contact, LocalContact):
                 return self._local_state(contact, xs, ys, zs)
-            shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
-            if not np.prod(shape):
-                return hooke(np.zeros((3, *shape)), first)
             far = max(reach(contact, ys), self._total) + 2 * self._total
             far = float(2 ** (np.ceil(_LENGTHS * np.log2(far)) / _LENGTHS))
-            fields = synthesise(contact, xs, ys, *waves(far))
-            if upper.any():
-                whole = flat(contact)
-                closed = np.stack([whole.stress.xx, whole.stress.xy, whole.strain.yy])
-                fields += closed if upper.all() else np.where(upper, closed, 0.0)
-            return self._state(fields, np.broadcast_to(xs, shape))
+            return of_layers(contact, xs, ys, self.materials, positions, partial(waves, far), closed)
+
+        def closed(contact: Contact) -> FloatArray:
+            whole = flat(contact)
+            return np.stack([whole.stress.xx, whole.stress.xy, whole.strain.yy])
 
         return state
 

@@ -23,7 +23,7 @@ from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
 from ._points import blank_singular, complex_points, not_local, points, wave_points
 from ._ring_modes import Ring
 from ._stack import Sheet
-from ._synthesis import hooke, layers_hooke, remembered, synthesise
+from ._synthesis import layers_hooke, of_layers, remembered
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 from .layer import LAYERS, Layer, layers_of
@@ -193,7 +193,7 @@ class Round(Skin):
         xs, ys = points(x, y, self.thickness, z=z)
         xs = np.minimum(xs, self._ring.tops[-1])
         first, top = self.stack[0].material, self.stack[0].thickness
-        upper = xs <= top
+        upper, positions = xs <= top, self._ring.positions(xs)
         # an echo in the first layer falls over the way there and back, all of it deeper down over the way there
         down, bottom = (-np.log1p(-depth / self.radius) for depth in (xs, top))
         n = self._harmonics(float(np.min(np.where(upper, 2 * bottom - down, down), initial=2 * bottom)))
@@ -208,15 +208,12 @@ class Round(Skin):
         def state(contact: Contact | LocalContact) -> State:
             if isinstance(contact, LocalContact):
                 raise not_local(contact, self)
-            shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
-            if not np.prod(shape):
-                return hooke(np.zeros((3, *shape)), first)
-            fields = synthesise(contact, xs, ys, n / self.radius, weights, response)
             self._refuse_wide(contact)
-            if upper.any():
-                closed = self._disk(contact, np.minimum(xs, top), ys)
-                fields += closed if upper.all() else np.where(upper, closed, 0.0)
-            return self._state(fields, np.broadcast_to(xs, shape))
+            known = n / self.radius, weights, response
+            return of_layers(contact, xs, ys, self.materials, positions, lambda: known, closed)
+
+        def closed(contact: Contact) -> FloatArray:
+            return self._disk(contact, np.minimum(xs, top), ys)
 
         return state
 
