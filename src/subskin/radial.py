@@ -17,11 +17,12 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._declared import Length, checked
 from ._frozen import Frozen
 from ._radial_kernel import readings_at
 from .contact import LocalContact, PointLoad
 from .errors import ConvergenceError, GeometryError
-from .finger import Finger, finger_needed
+from .finger import Finger
 from .prepared import prepared, tabulated
 
 __all__ = ["RadialResponse", "tabulate_radial"]
@@ -260,7 +261,8 @@ def _cell_of(v: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArra
     return octave * PER_OCTAVE + inner, share - inner - 0.5
 
 
-def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
+@checked
+def tabulate_radial(finger: Finger, radius: Length) -> RadialResponse:
     """A finger's response to point loads, to the distance `radius` from a sensor; tables are kept.
 
     Each kind of sensor, by transducer, depth and width, is sampled at 24 angles and six distances a cell; the error is
@@ -292,8 +294,6 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
     >>> table.pair is not None, bool(np.allclose(table(at), finger.receptive_field(at), rtol=1e-7))
     (True, True)
     """
-    finger_needed(finger)
-    radius = _check.scalar("radius", radius, unit="m", above=0.0)
     array, depth = finger.array, np.asarray(finger.array.depth)
     if radius > (most := _FARTHEST * float(depth.min())):
         rule = f"up to {_FARTHEST:g} depths of the shallowest sensor are tabulated"

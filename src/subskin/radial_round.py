@@ -8,16 +8,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._declared import Length, Ruled, checked
 from ._frozen import Frozen
 from .contact import RoundContact
 from .errors import InvalidValueError
-from .finger import Finger, finger_needed
+from .finger import Finger
 from .prepared import prepared
 from .radial import RadialResponse, sampled, shared, tabulate_radial
 
@@ -29,6 +31,16 @@ _MOST_WIDE = 2.0
 """Depths up to which half widths are tabulated."""
 _FELT, _HIGHER = 1e-9, 2
 """Share of the readings under a force, per depth, below which a moment is not felt; how many harmonics more it has."""
+
+
+def _round(name: str, family: Any) -> Any:
+    if not isinstance(family, type) or not issubclass(family, RoundContact):
+        seen = f"{name} = {_check.shown(family)}"
+        raise InvalidValueError(seen, "a subclass of RoundContact is needed", "family=ss.RoundHertz")
+    return family
+
+
+_Family: TypeAlias = Annotated[type[RoundContact], Ruled(_round)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +102,8 @@ class RoundResponse(Frozen):
         return np.moveaxis(finer.reshape(widths, kinds, *finer.shape[1:]), 0, -1), error
 
 
-def tabulate_round(finger: Finger, family: type[RoundContact], radius: float, widest: float) -> RoundResponse:
+@checked
+def tabulate_round(finger: Finger, family: _Family, radius: Length, widest: Length) -> RoundResponse:
     """A finger's response to round contacts of a family, to the distance `radius` from a sensor; tables are kept.
 
     Parameters
@@ -121,9 +134,6 @@ def tabulate_round(finger: Finger, family: type[RoundContact], radius: float, wi
     >>> bool(np.allclose(2 * table.at(1.7e-3)((0.3e-3, 1e-3))[:, 0], finger.measure(touch), rtol=1e-6))
     True
     """
-    finger_needed(finger)
-    radius, widest = _check.scalars(_LIMITS, radius=radius, widest=widest)
-    _round(family)
     depth = float(np.asarray(finger.array.depth).min())
     if widest > _MOST_WIDE * depth * (1 + 1e-12):
         rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {_MOST_WIDE * depth:.6g} m, can be fitted"
@@ -144,7 +154,8 @@ def tabulate_round(finger: Finger, family: type[RoundContact], radius: float, wi
     return prepared(finger).get(("round", family, float(radius), float(widest)), make)
 
 
-def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, widest: float) -> RoundResponse | None:
+@checked
+def tabulate_moment(finger: Finger, family: _Family, radius: Length, widest: Length) -> RoundResponse | None:
     """A finger's response to a unit moment about the normal on round contacts, in place of N; None where it has none.
 
     Normal strain, pressure and normal stress do not see a moment; nor is one known of a family whose drag under it is
@@ -170,9 +181,6 @@ def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, w
     >>> bool(np.allclose(1e-3 * table.at(1.7e-3)((0.3e-3, 1e-3))[:, 0], finger.measure(turn), rtol=1e-6))
     True
     """
-    finger_needed(finger)
-    radius, widest = _check.scalars(_LIMITS, radius=radius, widest=widest)
-    _round(family)
 
     def make() -> RoundResponse | None:
         point, every = tabulate_radial(finger, radius), []
@@ -191,16 +199,6 @@ def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, w
         return _over_widths(replace(point, lift=0.0), every, widest)  # a moment presses nothing
 
     return prepared(finger).get(("moment", family, float(radius), float(widest)), make)
-
-
-_LIMITS = {"radius": {"unit": "m", "above": 0.0}, "widest": {"unit": "m", "above": 0.0}}
-
-
-def _round(family: object) -> None:
-    """Refuse what is no shape of a round contact."""
-    if not isinstance(family, type) or not issubclass(family, RoundContact):
-        seen = f"family = {_check.shown(family)}"
-        raise InvalidValueError(seen, "a subclass of RoundContact is needed", "family=ss.RoundHertz")
 
 
 def _moment(

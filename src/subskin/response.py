@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from . import _check
 from ._cell import DEGREE, NODES, TO_POWERS, cells_of, polynomial, within
 from ._cell import mean as mean_of
 from ._check import FloatArray
-from ._declared import Extent, Length, Noun, Real
+from ._declared import Extent, Length, Noun, Real, Ruled, checked
 from ._search import ends_of, from_crest_to_crest
 from .contact import LineLoad, SpreadContact
 from .contact.families import Family
@@ -27,20 +27,20 @@ __all__ = ["Response", "tabulate"]
 _CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
 _MOST_CELLS = 1 << 12
 _MOST_HALVINGS = 5
-_SEARCH = "search=(-5e-3, 5e-3)"
 _WIDTHS = 14
 """Chebyshev nodes in the square of the width: 1e-7 of the largest reading where the widest is 1.5 depths."""
 _MOST_WIDE = 4.0
 """Depths up to which the nodes, and the scans that start from them, are close enough."""
 _MOST_SHARES = 1 << 20
 """Of coefficients in sums, held at a time: 8 MB."""
-_LIMITS: dict[str, dict[str, Any]] = {
-    "start": {"unit": "m"},
-    "stop": {"unit": "m"},
-    "step": {"unit": "m", "above": 0.0},
-    "tolerance": {"above": 0.0, "finite": False},
-    "width": {"unit": "m", "above": 0.0},
-}
+_Ends: TypeAlias = Annotated[tuple[float, float], Real("m", fix="search=(-5e-3, 5e-3)")]
+
+
+def _of_one_width(name: str, family: Any) -> Any:
+    if not isinstance(family, type) or not issubclass(family, LineLoad | SpreadContact):
+        seen = f"{name} = {_check.shown(family)}"
+        raise InvalidValueError(seen, "a class of contacts of one half width is needed", "family=ss.Hertz")
+    return family
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,14 +107,15 @@ class Response(Noun):
         return float(self.start + self.step * self.coefficients.shape[-4])
 
     @classmethod
+    @checked
     def from_function(
         cls,
         function: Callable[[FloatArray], FloatArray],
-        start: float,
-        stop: float,
+        start: Annotated[float, Real("m")],
+        stop: Annotated[float, Real("m")],
         *,
-        step: float,
-        tolerance: float = 1e-9,
+        step: Length,
+        tolerance: Annotated[float, Real(above=0.0, finite=False)] = 1e-9,
     ) -> Response:
         """Tabulate `function`, which maps positions (...) to (..., n, 2), between `start` and `stop` [m].
 
@@ -128,11 +129,6 @@ class Response(Noun):
         ConvergenceError
             The tolerance is not met with 4096 cells, or 32 times as many as to start with: the function is not smooth.
         """
-        if not callable(function):
-            raise InvalidValueError(
-                f"function = {_check.shown(function)}", "a function of positions is needed", "finger.receptive_field"
-            )
-        start, stop, step, tolerance = _check.scalars(_LIMITS, start=start, stop=stop, step=step, tolerance=tolerance)
         if not stop > start:
             raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop", "swap them")
         cells = cells_of(stop - start, step)
@@ -197,7 +193,10 @@ class Response(Noun):
         return cls.from_function(spline, float(y[0]), float(y[-1]), step=float(np.diff(y).min()), tolerance=tolerance)
 
     @classmethod
-    def of(cls, finger: Finger, family: Family, search: tuple[float, float], widest: float) -> Response:
+    @checked
+    def of(
+        cls, finger: Finger, family: Annotated[Family, Ruled(_of_one_width)], search: _Ends, widest: float
+    ) -> Response:
         """The response to a family of contacts, from that to line loads: a contact is a sum of them, on any skin.
 
         Parameters
@@ -216,17 +215,14 @@ class Response(Noun):
         InvalidValueError
             Half widths that are too large for the sensors' depths.
         """
-        finger_needed(finger)
-        if not isinstance(family, type) or not issubclass(family, LineLoad | SpreadContact):
-            seen = f"family = {_check.shown(family)}"
-            raise InvalidValueError(seen, "a class of contacts of one half width is needed", "family=ss.Hertz")
         if issubclass(family, LineLoad):
             return tabulate(finger, search)
         return cls.of_lines(finger, *family.as_line_loads(), search, widest)
 
     @classmethod
+    @checked
     def of_lines(
-        cls, finger: Finger, lines: FloatArray, weights: FloatArray, search: tuple[float, float], widest: float
+        cls, finger: Finger, lines: FloatArray, weights: FloatArray, search: _Ends, widest: Length
     ) -> Response:
         """The response to contacts that are sums of line loads.
 
@@ -246,9 +242,7 @@ class Response(Noun):
         InvalidValueError
             Half widths that are too large for the sensors' depths.
         """
-        finger_needed(finger)
-        (low, high), depth = _check.pair("search", search, _SEARCH, "m"), float(np.asarray(finger.array.depth).min())
-        widest = _check.scalar("widest", widest, unit="m", above=0.0)
+        (low, high), depth = search, float(np.asarray(finger.array.depth).min())
         if widest > (most := _MOST_WIDE * depth) * (1 + 1e-12):
             rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {most:.6g} m, can be fitted"
             raise InvalidValueError(f"half widths up to {widest:.6g} m", rule, f"half_width=(0.0, {most:.3g})")
@@ -278,7 +272,8 @@ class Response(Noun):
                 term *= t
         return total.reshape(*positions.shape, -1, 2)
 
-    def averaged(self, width: float) -> Response:
+    @checked
+    def averaged(self, width: Length) -> Response:
         """The mean over so wide a sensor about each position, of a table of line loads; shorter by that width.
 
         Parameters
@@ -291,7 +286,6 @@ class Response(Noun):
         InvalidValueError, GeometryError
             Another width; a table of contacts of some half width.
         """
-        width = _check.scalar("width", width, **_LIMITS["width"])
         if self.widest:
             raise GeometryError(f"a table of half widths up to {self.widest:.6g} m", "one of line loads is needed")
         c = self.coefficients
