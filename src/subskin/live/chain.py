@@ -30,7 +30,14 @@ _GAP, _SILENCE = 4.5, 0.25
 """A gap is longer than so many periods of a device with a clock, or so many seconds of one without."""
 _STRONG = 200.0
 """Noises that the strongest sensor reads under the touch that a chain is warmed up with."""
-COMMANDS = ("zero", "mark", "port_lost", "port_back")
+_SAID = {
+    "zero": "zeroed: nothing touches",
+    "mark": "",
+    "port_lost": "the port is lost",
+    "port_back": "the port is back",
+}
+"""What is said of a command that comes without a text."""
+COMMANDS = tuple(_SAID)
 """What a chain can be asked."""
 
 
@@ -265,13 +272,10 @@ class Chain(Frozen):
                 events.append(Event("contact_off", host, before.frames, "contact has ended: zeroed"))
             watch = WatchState(sensors=watch.sensors)
             told = {} if changed is None else {"changed": changed.tolist()}
-            events.append(Event("zeroed", host, before.frames, text or "zeroed: nothing touches", told))
-        elif command == "mark":
-            events.append(Event("mark", host, before.frames, text, values))
-        elif command == "port_lost":
-            events.append(Event("port_lost", host, before.frames, text or "the port is lost", values))
+            events.append(Event("zeroed", host, before.frames, text or _SAID[command], told))
         else:
-            events.append(Event("port_back", host, before.frames, text or "the port is back", values))
+            events.append(Event(command, host, before.frames, text or _SAID[command], values))
+        if command == "port_back":
             clock, pipeline = _again(clock), self.pipeline.resumed(pipeline)
         left = ChainState(pipeline, clock, watch, before.frames, before.period)
         return left, self._empty(frames, host, before.frames, events, command, values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from ..._frozen import Named
 from ...errors import GeometryError
 from ..frames import DeviceFrames
+from .parts import Counter
 
 __all__ = ["Driver"]
 
@@ -82,6 +84,23 @@ class Driver(Named, ABC):
         GeometryError
             Values of another number of channels.
         """
+
+    def counted(self, found: Sequence[tuple[list[float], float, int]], counter: Counter, bad: int) -> DeviceFrames:
+        """Frames of which each was found as its values, its time [s] and its number.
+
+        Parameters
+        ----------
+        found : sequence of (list of float, float, int)
+            Values, time and number of each.
+        counter : Counter
+            What finds the lost ones.
+        bad : int
+            How many were broken.
+        """
+        values = np.array([row for row, _, _ in found], dtype=np.float64).reshape(-1, len(self.channels))
+        time = np.array([time for _, time, _ in found], dtype=np.float64)
+        number = np.array([number for _, _, number in found], dtype=np.int64)
+        return DeviceFrames.made(values, time, number, counter.lost(number), bad)
 
     def rows(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """`values` as by `encode`, checked.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -26,12 +26,6 @@ _HUB, _PILLARS, _GLOBAL, _PILLAR_SLIP, _SLIP = 1, 3, 4, 5, 6
 _SIX, _STATE_FRICTION, _STATE_TWO = struct.Struct("<6f"), struct.Struct("<bf"), struct.Struct("<B2f")
 _RATES = (100, 250, 500, 1000)
 Read: TypeAlias = Callable[[bytes, int], tuple[list[float], int]]
-
-
-class _Packet(NamedTuple):
-    counter: int
-    time: float
-    values: list[float]
 
 
 class _Wrong(Exception):
@@ -121,13 +115,10 @@ class Contactile(Driver, name="contactile"):
         keep = max(first, len(data) - _LONGEST - len(_END))
         bad += data.count(_START, first, min(keep + 3, len(data)))
         self._kept, self._looked = data[keep:], max(at, len(data) - 3, keep) - keep
-        values = np.array([packet.values for packet in found], dtype=np.float64).reshape(-1, len(self.channels))
-        number = np.array([packet.counter for packet in found], dtype=np.int64)
-        time = np.array([packet.time for packet in found], dtype=np.float64)
-        return DeviceFrames.made(values, time, number, self._count.lost(number), bad)
+        return self.counted(found, self._count, bad)
 
-    def _packet(self, body: bytes) -> _Packet:
-        """What the bytes between the marks say."""
+    def _packet(self, body: bytes) -> tuple[list[float], float, int]:
+        """Values, time and number of what stands between the marks."""
         end = len(body) - 2
         if end < 1 or not 0 < body[0] <= 4:
             raise _Wrong
@@ -161,7 +152,7 @@ class Contactile(Driver, name="contactile"):
         for kind, stop in ends.items():  # each block fills the bytes up to the next
             if stop != starts[starts.index(blocks[kind]) + 1]:
                 raise _Wrong
-        return _Packet(counter, ticks * 1e-6, values)
+        return values, ticks * 1e-6, counter
 
     def _each_sensor(self, body: bytes, at: int, wide: int, read: Read) -> tuple[list[float], int]:
         """The numbers of each sensor in the block that begins `at`, and where it ends."""

@@ -74,10 +74,7 @@ class Xela(Driver, name="xela"):
                 found.append(self._read(message))
             except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
                 bad += 1
-        values = np.array([row for row, _, _ in found], dtype=np.float64).reshape(-1, len(self.channels))
-        time = np.array([time for _, time, _ in found], dtype=np.float64)
-        number = np.array([number for _, _, number in found], dtype=np.int64)
-        return DeviceFrames.made(values, time, number, self._count.lost(number), bad)
+        return self.counted(found, self._count, bad)
 
     def _read(self, message: dict[str, Any]) -> tuple[list[float], float, int]:
         number, time = message["message"], message["time"]
