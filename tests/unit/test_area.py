@@ -9,8 +9,8 @@ from scipy.optimize import least_squares
 import subskin as ss
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.estimate.area import observable
-from subskin.estimate.area.cone import eliminate, on_cone
-from subskin.estimate.area.field import ROWS, field_at
+from subskin.estimate.area.point import ROWS, Point, PointModel, point_field
+from subskin.estimate.cone import eliminate_three, on_cone
 from subskin.radial import tabulate_radial
 from subskin.transducer import Displacement, LateralStrain, ShearStrain
 
@@ -79,13 +79,9 @@ def test_compiled_columns_and_slopes_are_those_of_the_table(transducer, by_serie
     first, a = np.append(table.kind * cells, cells - 1), np.zeros((ROWS, 9))
     h = 1e-4 * D
     for y, z in np.random.default_rng(0).uniform(-4 * D, 4 * D, (20, 2)):
-        field_at.py_func(sensors, first, cubics.reshape(len(cubics) * cells, -1), terms, y, z, a, a.view(np.int64))
-        columns, by_y, by_z = a[5:8], a[8:11], a[11:14]
-        if table.pair is not None:
-            (dy, dz), (f, df, g, dg) = a[:2], a[5:9]
-            columns = np.stack([f, dy * g, dz * g])
-            by_y = np.stack([dy * df, dy * dy * dg - g, dz * dy * dg])
-            by_z = np.stack([dz * df, dy * dz * dg, dz * dz * dg - g])
+        model = PointModel(sensors, first, cubics.reshape(len(cubics) * cells, -1), terms, a, a.view(np.int64))
+        point_field.py_func(model, Point(y, z))
+        columns, by_y, by_z = a[:3], a[3:6], a[6:9]
         size = np.abs(table(np.zeros(2))).max()
         assert np.abs(columns.T - table((y, z))).max() < 10 * error * size
         for slope, step in ((by_y, (h, 0.0)), (by_z, (0.0, h))):
@@ -131,7 +127,7 @@ def test_the_cone_of_friction_is_kept_from_any_drag(friction):
             continue  # not on the cone
         best = (np.maximum(edge @ b, 0) ** 2 / np.einsum("ki,ij,kj->k", edge, g, edge)).max()
         for drag in (theta[1:], -theta[1:], rng.standard_normal(2), (0.0, 0.0), (np.nan, 1.0)):
-            height = on_cone(*g[np.triu_indices(3)], *b, friction, *map(float, drag), True)[3]
+            height = on_cone(tuple(g[np.triu_indices(3)]), tuple(b), friction, *map(float, drag), True)[3]
             assert height == pytest.approx(best, rel=1e-6, abs=1e-12)
             assert height >= best * (1 - 1e-12)
         met += 1
@@ -149,9 +145,8 @@ def test_the_cone_of_friction_is_kept_exactly(friction):
     for _ in range(60):
         a = rng.standard_normal((7, 3))
         w = a @ [2.0, *(friction * rng.standard_normal(2))] + rng.standard_normal(7)
-        g, b, fit = a.T @ a, a.T @ w, np.zeros(32)
-        eliminate.py_func(*g[np.triu_indices(3)], *b, friction, fit)
-        theta, height = fit[:3], fit[3]
+        g, b = a.T @ a, a.T @ w
+        *theta, height, free = np.array(eliminate_three(*g[np.triu_indices(3)], *b, friction))[[0, 1, 2, 3, -1]]
         assert theta[0] >= 0
         assert np.hypot(*theta[1:]) <= friction * theta[0] * (1 + 1e-9) + 1e-12
         assert height == pytest.approx(w @ w - ((w - a @ theta) ** 2).sum(), abs=1e-9)
@@ -159,7 +154,7 @@ def test_the_cone_of_friction_is_kept_exactly(friction):
         best = (along**2 / np.einsum("ki,ij,kj->k", rays, g, rays)).max()
         assert height >= best * (1 - 1e-12)  # no load of the cone does better,
         assert height <= best * 1.02 + 1e-2  # and none much worse
-        inside += fit[10] == 1
+        inside += free == 1
     assert 3 < inside < 57  # both cases were met
 
 

@@ -28,16 +28,14 @@ def left_of(frames, least, tile, far, some=False):
     asked = np.full((3, 8), np.inf, dtype=np.float32)
     asked[0, :m], asked[1, :m] = np.square(frames).sum(axis=1), least
     kept = np.zeros((count + 1, 2), dtype=np.int64)
-    found = regions_left(singles, wide, asked, tile, *far[:4], some, kept)
+    found = regions_left(singles, wide, asked, tile, far._replace(once=int(some)), kept)
     return [[int(i) for i, frames_of in kept[:found] if frames_of >> k & 1] for k in range(m)]
 
 
 def may_reach(w, least, tile, far):
     """Whether a load of any region may explain `least` of one frame."""
     single, total = np.append(w, 0.0).astype(np.float32), float(w @ w)
-    return not crowded.py_func(single, total, least, tile, far.cluster, far.share) and any(
-        left_of(w[None], [least], tile, far, True)
-    )
+    return not crowded.py_func(single, total, least, tile, far) and any(left_of(w[None], [least], tile, far, True))
 
 
 def explained(basis, w):

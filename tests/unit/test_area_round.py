@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 import subskin as ss
 from subskin.contact import local_families
 from subskin.errors import GeometryError, InvalidValueError
-from subskin.estimate.area.round_climb import COLUMNS, round_field, shares_of
+from subskin.estimate.area.round_contact import ROWS, Round, RoundModel, round_field
 from subskin.radial_round import tabulate_round
 from subskin.transducer import ShearStrain
 
@@ -98,12 +98,12 @@ def test_compiled_columns_and_slopes_are_those_of_the_table(finger, pair):
         (f, p), (g, q) = part.pair
         sums = np.concatenate([p * sums[:, 4 * f : 4 * f + 4], q * sums[:, 4 * g : 4 * g + 4]], axis=1)
         terms = np.array([[0, 0, 0, 0, 1], [1, 1, 0, 1, 1], [2, 1, 1, 1, 1]])
-    room, b = np.zeros((2, 3)), np.zeros((COLUMNS, 16))
+    b, most = np.zeros((ROWS, 16)), (1.5 * D) ** 2
+    model = RoundModel(sensors, first, sums, terms, most, sums[:0], terms[:0], shares, np.zeros((2, 3)), b)
     size = np.abs(part(np.zeros(2))).max()
     for y, z, a in np.random.default_rng(0).uniform(-1.4 * D, 1.4 * D, (5, 3)):
         square, h = a * a, 1e-4 * D
-        shares_of(square, (1.5 * D) ** 2, shares)
-        round_field(sensors, first, sums, terms, shares, y, z, room, b)
+        round_field(model, Round(y, z, square))
 
         def at(dy=0.0, dz=0.0, dq=0.0, y=y, z=z, square=square):
             return table.at(np.sqrt(square + dq))((y + dy, z + dz)).T

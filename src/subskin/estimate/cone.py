@@ -84,12 +84,13 @@ def cofactors(g00, g01, g02, g11, g12, g22):
 
 
 @compiled(inline=True)
-def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s, asked):
+def _turn(g, b, mu, c, s, asked):
     """Newton's steps in phi from the direction (c, s) of the drag: the direction they end at, and the last, squared.
 
     A lane that has come to rest moves no more.
     """
     last = nought(c) + 1.0
+    (g00, g01, g02, g11, g12, g22), (b0, b1, b2) = g, b
     h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
     half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
     for _ in range(_STEPS):
@@ -112,8 +113,9 @@ def _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s, asked):
 
 
 @compiled(inline=True)
-def _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu):
+def _best_direction(g, b, mu):
     """The drag's direction of twelve whose load on the cone explains most, and how much; 0 where none presses."""
+    (g00, g01, g02, g11, g12, g22), (b0, b1, b2) = g, b
     h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
     half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
     best, c, s = nought(g00), nought(g00) + 1.0, nought(g00)
@@ -127,8 +129,9 @@ def _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu):
 
 
 @compiled(inline=True)
-def _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
+def _pressed(g, b, mu, c, s):
     """Of e = (1, mu c, mu s): b.e, e.G e, the last two of G e, and how S rises out of the cone."""
+    (g00, g01, g02, g11, g12, g22), (b0, b1, b2) = g, b
     along = b0 + mu * (b1 * c + b2 * s)
     g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
     size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)
@@ -136,13 +139,14 @@ def _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s):
 
 
 @compiled(borrows=True)
-def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, asked):
+def on_cone(g, b, mu, ty, tz, asked):
     """The first ten numbers of a fit on the cone, or of eight in lanes, of which those that are asked are sure to hold.
 
-    (ty, tz) may be any drag; best is one that points as the best does.
+    g: 00, 01, 02, 11, 12, 22 of G; b (3); (ty, tz) may be any drag; best is one that points as the best does.
     Where S has no slope along the cone, and rises out of it, the load is the best there is: S has one top and the cone
     is convex. Where the drag given does not lead there, twelve directions are tried.
     """
+    (g00, _, _, g11, g12, g22), (b0, b1, b2) = g, b
     none = nought(g00)
     if mu == 0.0:
         over = where((b0 > 0.0) & (g00 > 0.0), 1.0 / g00, none)
@@ -156,16 +160,16 @@ def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, asked):
     known = (square > 0.0) & (square < math.inf)
     over = 1.0 / root(square)
     c, s = where(known, over * ty, none + 1.0), where(known, over * tz, none)
-    c, s, last = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s, asked & known)
-    along, size, g_e1, g_e2, out = _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
+    c, s, last = _turn(g, b, mu, c, s, asked & known)
+    along, size, g_e1, g_e2, out = _pressed(g, b, mu, c, s)
     found = known & (last < _SHORT * _SHORT) & (along > 0.0) & (out >= 0.0)
     presses = where(found, none + 1.0, none)
     lost = asked & (presses < 0.5)
     if answers(lost) > 0:
-        best, x, y = _best_direction(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu)
-        x, y, last = _turn(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, x, y, lost & (best > 0.0))
+        best, x, y = _best_direction(g, b, mu)
+        x, y, last = _turn(g, b, mu, x, y, lost & (best > 0.0))
         c, s, presses = where(found, c, x), where(found, s, y), where(found, presses, best)
-        along, size, g_e1, g_e2, out = _pressed(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, c, s)
+        along, size, g_e1, g_e2, out = _pressed(g, b, mu, c, s)
     n = where(presses > 0.0, along / size, none)
     # free are N along e, and phi along f = (0, -mu s, mu c), in which the cone is curved
     cross = mu * (c * g_e2 - s * g_e1)
@@ -197,7 +201,7 @@ def eliminate_three(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu):
     explained, inside = b0 * n + b1 * ty + b2 * tz, 1.0
     if not (det > 1e-13 * g00 * g11 * g22 and n >= 0.0 and ty * ty + tz * tz <= mu * mu * n * n):
         n, ty, tz, explained, i00, i01, i02, i11, i12, i22 = on_cone(
-            g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, ty, tz, True
+            (g00, g01, g02, g11, g12, g22), (b0, b1, b2), mu, ty, tz, True
         )
         inside = 0.0
     return n, ty, tz, explained, i00, i01, i02, i11, i12, i22, inside

@@ -12,7 +12,7 @@ A kind is its field and the names of its unknowns:
         y: float
         z: float
 
-    FIT, project, slopes, information, climb, covariance = kernel(Point, point_field, components=3)
+    FIT, project, slopes, information, keep, climb, covariance = kernel(Point, point_field, components=3)
 
 The field is compiled and fills rows of `model.rows` (rows, n) at a `Point`, with `field(model, at)`: first the whitened
 readings under each component, then their slopes in each unknown in turn; then, where there are any, the readings under
@@ -46,7 +46,7 @@ class Limits(NamedTuple):
 
 
 class Ending(NamedTuple):
-    """When a climb ends: with a step that raises S by less than `tolerance`, which is still made.
+    """When a climb ends: with a step that raises S by less than `tolerance`, which is still made where nothing binds.
 
     Also with one that is shorter than `smallest`, or so short beside a hundredfold of `straight`, over which readings
     bend, that it leaves a hundredth of a standard deviation; and where not even four times what the next step gains
@@ -75,6 +75,7 @@ class Kernel(NamedTuple):
     project(w, model, cone, at, fit): the best components of readings w (n,) at a point, as far as g, i and the values.
     slopes(w, rows, fit): the rest.
     information(fit): named p_q, U^T U less what the components explain of it; and f_p_k, how they fall with p.
+    keep(fit, other): copies a fit.
     climb(w, model, cone, box, start, ending, fit, trial): to the top within box (2 P,), low and high of each; into fit.
     covariance(fit, cone, more, out): upper triangle of that of all unknowns, then components; `more`, of the unknowns
     alone, upper triangle, is added. Infinite, or NaN, where the readings do not say.
@@ -84,6 +85,7 @@ class Kernel(NamedTuple):
     project: Any
     slopes: Any
     information: Any
+    keep: Any
     climb: Any
     covariance: Any
 
@@ -240,6 +242,10 @@ def step(fit, told, damping, box):
     )
 
 
+def keep(fit, other):
+    other.{name} = fit.{name}  #: for name in VALUES
+
+
 def climb(w, model, cone, box, start, ending, fit, trial):
     to = At(
         min(max(start.{p}, box[{2 * p.at}]), box[{2 * p.at + 1}]),  #: for p in P
@@ -250,7 +256,7 @@ def climb(w, model, cone, box, start, ending, fit, trial):
         project(w, model, cone, to, trial)
         if turn == 0 or trial.explained > fit.explained:
             slopes(w, model.rows, trial)
-            fit.{name} = trial.{name}  #: for name in VALUES
+            keep(trial, fit)
             told = information(fit)
             damping = 0.1 * damping
         else:
@@ -282,6 +288,8 @@ def climb(w, model, cone, box, start, ending, fit, trial):
                     fit.by_{p} -= told.{p|q} * move.{q}  #: for q in P
                 fit.explained += gain
                 fit.left -= gain
+                return
+            if not {looks}:
                 return
             last = True
         elif fit.explained + 4.0 * gain < ending.needed:
@@ -357,7 +365,16 @@ def _pairs(names: Sequence[_Name]) -> list[tuple[_Name, _Name]]:
     return [(one, other) for one in names for other in names if one.at <= other.at]
 
 
-def kernel(at: type, field: Any, components: int = 3, free: str = "", bent: bool = False, **longest: float) -> Kernel:
+def kernel(
+    at: type,
+    field: Any,
+    components: int = 3,
+    free: str = "",
+    *,
+    bent: bool = False,
+    looks: bool = False,
+    **longest: float,
+) -> Kernel:
     """The loops of a kind, made of one template; compiled when they are first called, and kept beside its module.
 
     Parameters
@@ -372,6 +389,8 @@ def kernel(at: type, field: Any, components: int = 3, free: str = "", bent: bool
         Name of one more component, which nothing binds.
     bent : bool, optional
         Whether the field gives second slopes.
+    looks : bool, optional
+        Whether a climb looks where its last step ends if something binds the components, and else stays where it is.
     longest : float, optional
         By the name of an unknown, the most that a step changes it.
     """
@@ -408,7 +427,7 @@ def kernel(at: type, field: Any, components: int = 3, free: str = "", bent: bool
         {
             "F": f, "P": p, "T": t, "FF": ff, "PP": pp, "SECOND": pp if bent else [], "BENT": p if bent else [],
             "CONE": kept, "VALUES": values, "slope": slope, "second": second, "entry": entry, "longest": longest,
-            "THOROUGH": THOROUGH,
+            "looks": looks, "THOROUGH": THOROUGH,
         },
     )  # fmt: skip
     made: dict[str, Any] = {
@@ -423,9 +442,9 @@ def kernel(at: type, field: Any, components: int = 3, free: str = "", bent: bool
     return Kernel(np.dtype([(value, np.float64) for value in values]), *(made[part] for part in Kernel._fields[1:]))
 
 
-_PARTS = ("project", "slopes", "information", "curved", "step", "climb", "covariance")
+_PARTS = ("project", "slopes", "information", "curved", "step", "keep", "climb", "covariance")
 """Each after those that it calls."""
-_INLINE = {"information", "curved", "step"}
+_INLINE = {"information", "curved", "step", "keep"}
 
 
 def _written(lines: Sequence[str], said: dict[str, Any]) -> Iterator[str]:

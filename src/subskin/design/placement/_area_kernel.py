@@ -12,9 +12,10 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate.area.climb import FIT, climb, drops, root_of
-from ...estimate.area.cone import eliminate
-from ...estimate.area.field import ROWS
+from ...estimate.area.judge import drops, root_of
+from ...estimate.area.point import FIT, ROWS, Point, PointModel, climb
+from ...estimate.cone import eliminate_three
+from ...estimate.varpro import Ending, Limits
 
 _SURE = 4.75  # standard deviations: a rival farther off than this wins, or ties, once in a million touches
 _FINE = 1e-4
@@ -31,15 +32,14 @@ def _normal(z):
 
 
 @compiled()
-def survey(readings, truth, spread, sensors, first, table, terms, fields, forms, grid, mu, box, limits, out):
+def survey(readings, truth, spread, model, fields, forms, grid, mu, box, limits, out):
     """Fill `out` (touches, 3): probability that `locate` calls it AMBIGUOUS, that a rival wins, that it is not noticed.
 
     readings (touches, n): in units of noise; truth (touches, 2); spread (touches, 3): variances yy, yz, zz of the
-    position found, infinite where it is not determined; sensors, first, table, terms: as of `field.field_at`; fields
-    (nodes, 3, n): readings under unit forces at the nodes where loads are looked for, those along z beside each other;
-    forms (2, nodes, 6): A^T A and its inverse; grid: first y, step, count, then of z; box: ends of y and z; limits:
-    least chi-square of a contact, `ambiguity`, distance within which two minima are one, and within which they are not
-    far apart.
+    position found, infinite where it is not determined; model: without its scratch; fields (nodes, 3, n): readings
+    under unit forces at the nodes where loads are looked for, those along z beside each other; forms (2, nodes, 6):
+    A^T A and its inverse; grid: first y, step, count, then of z; box: ends of y and z; limits: least chi-square of
+    a contact, `ambiguity`, distance within which two minima are one, and within which they are not far apart.
     """
     n = readings.shape[1]
     rows, columns = int(grid[2]), int(grid[5])
@@ -47,9 +47,10 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
     detection, ambiguity, apart, wide = limits[0], limits[1], limits[2], limits[3]
     cap = (_SURE + math.sqrt(_SURE * _SURE + ambiguity)) ** 2
     left, at, found = np.empty(nodes), np.empty(_MOST, dtype=np.int64), np.empty((_MOST, 2))
-    fit, trial, scratch = np.empty(FIT), np.empty(FIT), np.empty((ROWS, n))
-    root, fall, best, side = np.empty(3), np.empty(8), np.empty(FIT), np.empty(4)
-    whole = scratch.view(np.int64)
+    fits, scratch, cone = np.empty(3, FIT), np.empty((ROWS, n)), Limits(mu, 0.0, math.inf)
+    fit, trial, best = fits[0], fits[1], fits[2]
+    root, fall, side = np.empty(3), np.empty(8), np.empty(4)
+    mine = PointModel(model.sensors, model.first, model.table, model.terms, scratch, scratch.view(np.int64))
     for f in range(readings.shape[0]):
         w = readings[f]
         y, z, yy, yz, zz = truth[f, 0], truth[f, 1], spread[f, 0], spread[f, 1], spread[f, 2]
@@ -64,10 +65,8 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
             unsure = max(_normal(-inside_y / math.sqrt(yy)), _normal(-inside_z / math.sqrt(zz)))
             if yy + zz > _CURVED * _CURVED * wide * wide:  # the top may be no parabola: `judge.look_round`
                 root_of(yy, yz, zz, root)
-                fit[29], fit[30], trial[3], best[3] = y, z, 0.0, math.inf
-                drops(
-                    w, sensors, first, table, terms, mu, box, fit, total, root, _FAR, scratch, whole, trial, best, fall
-                )  # fmt: skip
+                fit.y, fit.z, fit.explained, best.explained = y, z, total, math.inf
+                drops(w, mine, cone, box, fit, root, _FAR, trial, best, fall)
                 widened = 0.0
                 for k in range(fall.size):
                     unsure = 1.0 if fall[k] < _LEVEL else unsure
@@ -85,8 +84,11 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
             free = b0 * (h[0] * b0 + 2.0 * (h[1] * b1 + h[2] * b2)) + b1 * (h[3] * b1 + 2.0 * h[4] * b2)
             left[m] = total
             if free + h[5] * b2 * b2 > least:
-                eliminate(g[0], g[1], g[2], g[3], g[4], g[5], b0, b1, b2, mu, fit)
-                left[m] = total - fit[3]
+                _, _, _, explained, _, _, _, _, _, _, _ = eliminate_three(
+                    g[0], g[1], g[2], g[3], g[4], g[5], b0, b1, b2, mu
+                )
+                left[m] = total - explained
+        enough = Ending(0.05, 1e-3 * apart, 0.0, total - ambiguity)
         count = 0
         for j in range(rows):
             for k in range(columns):
@@ -114,11 +116,8 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
                 continue
             side[:] = box
             side[2 * (q // 2)] = side[2 * (q // 2) + 1] = to_y if q < 2 else to_z
-            climb(
-                w, sensors, first, table, terms, mu, side, to_y, to_z, 0.05, 1e-3 * apart, 0.0, total - ambiguity,
-                scratch, whole, fit, trial,
-            )  # fmt: skip
-            unsure = 1.0 if total - fit[3] < ambiguity else unsure
+            climb(w, mine, cone, side, Point(to_y, to_z), enough, fit, trial)
+            unsure = 1.0 if total - fit.explained < ambiguity else unsure
         for q in range(4):  # as good at a side of the search
             if unsure == 1.0:
                 break
@@ -131,27 +130,22 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
             if not low < total - least:
                 continue
             side[2 * (q // 2)] = side[2 * (q // 2) + 1] = box[q]
-            climb(
-                w, sensors, first, table, terms, mu, side, at_y, at_z, 0.05, 1e-3 * apart, 0.0, total - ambiguity,
-                scratch, whole, fit, trial,
-            )  # fmt: skip
-            unsure = 1.0 if total - fit[3] < ambiguity else unsure
+            climb(w, mine, cone, side, Point(at_y, at_z), enough, fit, trial)
+            unsure = 1.0 if total - fit.explained < ambiguity else unsure
         clear, odds, rivals = 1.0, 0.0, 0
         for c in range(count):
             j, k = at[c] // columns, at[c] % columns
-            climb(
-                w, sensors, first, table, terms, mu, box, grid[0] + j * grid[1], grid[3] + k * grid[4], _FINE,
-                1e-3 * apart, 0.0, total - 4.0 * cap, scratch, whole, fit, trial,
-            )  # fmt: skip
-            here, off = max(total - fit[3], 1e-12), math.hypot(fit[29] - y, fit[30] - z)
+            start = Point(grid[0] + j * grid[1], grid[3] + k * grid[4])
+            climb(w, mine, cone, box, start, Ending(_FINE, 1e-3 * apart, 0.0, total - 4.0 * cap), fit, trial)
+            here, off = max(total - fit.explained, 1e-12), math.hypot(fit.y - y, fit.z - z)
             if here > cap or off < apart:
                 continue
             again = False  # two starts may end at one rival
             for d in range(rivals):
-                again |= math.hypot(fit[29] - found[d, 0], fit[30] - found[d, 1]) < 5.0 * apart
+                again |= math.hypot(fit.y - found[d, 0], fit.z - found[d, 1]) < 5.0 * apart
             if again:
                 continue
-            found[rivals, 0], found[rivals, 1] = fit[29], fit[30]
+            found[rivals, 0], found[rivals, 1] = fit.y, fit.z
             rivals += 1
             far = math.sqrt(here)
             clear *= 1.0 - (_normal((ambiguity - here) / (2.0 * far)) - _normal((-ambiguity - here) / (2.0 * far)))

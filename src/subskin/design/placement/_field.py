@@ -290,6 +290,7 @@ class AreaField(Frozen):
         self, touches: Touches, position: FloatArray, load: FloatArray, covariance: FloatArray, ambiguity: float
     ) -> FloatArray:
         """`SHARES` of touches at positions (t, 2) under loads (t, 3), whose bounds are known, shape (t, 3)."""
+        from ...estimate.area.point import model_of
         from ._area_kernel import survey
 
         response, depth = self.response, float(self.response.depth.min())
@@ -304,15 +305,14 @@ class AreaField(Frozen):
         with np.errstate(all="ignore"):
             inverse = np.linalg.inv(grams + 1e-13 * np.trace(grams, axis1=1, axis2=2)[:, None, None] * np.eye(3))
         forms = np.ascontiguousarray(np.stack([grams[:, *upper], inverse[:, *upper]]))
-        sensors = np.ascontiguousarray(np.stack([*response.points.T, response.depth**-2.0, response.gain]))
-        first = np.append(response.kind * self.cells, self.cells - 1).astype(np.int64)
+        model = model_of(response, np.ones(response.sensors), self.cells, self.cubics, self.terms)
         grid = np.array([v for axis in axes for v in (axis[0], axis[1] - axis[0], axis.size)])
         limits = np.array([2 * np.log(1 / FALSE_ALARM), ambiguity, 0.02 * depth, 0.1 * depth])
         readings = np.einsum("tnc,tc->tn", response(position), load)
         out = np.empty((len(readings), len(SHARES)))
         spread = np.stack([covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]], axis=-1)
         survey(
-            readings, np.array(position), spread, sensors, first, self.cubics, self.terms, fields, forms, grid,
+            readings, np.array(position), spread, model, fields, forms, grid,
             touches.friction, np.array(self.box.reshape(-1)), limits, out,
         )  # fmt: skip
         return out

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..._check import FloatArray
-from .cone import eliminate
+from ..cone import eliminate_three
 from .tiles import Response
 
 __all__ = ["least_told_apart"]
@@ -33,10 +33,10 @@ def least_told_apart(response: Response, points: FloatArray, scale: FloatArray, 
     near = (response((at[:, None] + ring).reshape(-1, 2)) * scale[:, None]).reshape(len(at), len(ring), len(points), 3)
     gram = near.swapaxes(2, 3) @ near
     along = np.einsum("prnk,pfn->prfk", near, seen)
-    size, fit, least = (seen**2).sum(axis=2), np.empty(32), 1.0
+    size, least = (seen**2).sum(axis=2), 1.0
     for p, r in np.ndindex(gram.shape[:2]):
         g = gram[p, r]
         for f in range(len(forces)):
-            eliminate(g[0, 0], g[0, 1], g[0, 2], g[1, 1], g[1, 2], g[2, 2], *along[p, r, f], friction, fit)
-            least = min(least, 1.0 - fit[3] / size[p, f])
+            _, _, _, explained, *_ = eliminate_three(*g[np.triu_indices(3)], *along[p, r, f], friction)
+            least = min(least, 1.0 - explained / size[p, f])
     return float(least)

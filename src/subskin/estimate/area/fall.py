@@ -13,39 +13,42 @@ import numpy as np
 from ..._compiled import compiled
 from ..._lanes import EIGHT, alike, answers, eight, nought, put, where
 from ..._lanes import root as square_root
-from .climb import ROUND, project, slopes
-from .cone import cofactors, on_cone
-from .field import CELLS, ONE, REST, cell_of, coefficients
+from ..cone import cofactors, on_cone
+from .point import CELLS, ONE, REST, Point, cell_of, coefficients, project, slopes
 
 LANES = 48
 """Numbers of scratch: how far S falls, and the moves in y and in z, of eight positions; then the sums of
 `beyond_near`."""
 _OTHERS = 24
+_TURNS = 2 * np.pi * np.arange(EIGHT) / EIGHT
+ROUND = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 _MIDDLE, _DIGITS = np.int64(1 << 45), np.int64((1 << 52) - 1)
 
 
 @compiled(borrows=True)
-def beyond_near(v, sensors, first, table, terms, mu, fit, a, whole, trial, lanes):
+def beyond_near(v, model, limits, fit, trial, lanes):
     """What sensors that are not in v add to the sums at the top, where nothing binds the forces, into lanes[24:45].
 
     These are chi-square left, A^T rho (3), A^T A (6), U^T rho (2), U^T U (3), A^T U (6); rho is what the load leaves.
     """
-    project(v, sensors, first, table, terms, mu, fit[29], fit[30], a, whole, trial)
-    trial[0], trial[1], trial[2] = fit[0], fit[1], fit[2]
-    slopes(v, terms, a, trial)
+    project(v, model, limits, Point(fit.y, fit.z), trial)
+    trial.n, trial.ty, trial.tz = fit.n, fit.ty, fit.tz
+    slopes(v, model.rows, trial)
     b0 = b1 = b2 = 0.0
     for i in range(v.size):
-        a1, a2 = a[0, i] * a[7, i], a[1, i] * a[7, i]
-        rho = v[i] - a[5, i] * fit[0] - a1 * fit[1] - a2 * fit[2]
-        b0 += a[5, i] * rho
+        a0, a1, a2 = model.rows[0, i], model.rows[1, i], model.rows[2, i]
+        rho = v[i] - a0 * fit.n - a1 * fit.ty - a2 * fit.tz
+        b0 += a0 * rho
         b1 += a1 * rho
         b2 += a2 * rho
-    others = lanes[_OTHERS:]
-    others[0], others[1], others[2], others[3] = fit[17] - trial[17], -b0, -b1, -b2
-    for j in range(6):
-        others[4 + j] = fit[11 + j] - trial[11 + j]
-    for j in range(11):
-        others[10 + j] = fit[18 + j] - trial[18 + j]
+    o = lanes[_OTHERS:]
+    o[0], o[1], o[2], o[3] = fit.left - trial.left, -b0, -b1, -b2
+    o[4], o[5], o[6] = fit.g_n_n - trial.g_n_n, fit.g_n_ty - trial.g_n_ty, fit.g_n_tz - trial.g_n_tz
+    o[7], o[8], o[9] = fit.g_ty_ty - trial.g_ty_ty, fit.g_ty_tz - trial.g_ty_tz, fit.g_tz_tz - trial.g_tz_tz
+    o[10], o[11] = fit.by_y - trial.by_y, fit.by_z - trial.by_z
+    o[12], o[13], o[14] = fit.u_y_y - trial.u_y_y, fit.u_y_z - trial.u_y_z, fit.u_z_z - trial.u_z_z
+    o[15], o[16], o[17] = fit.a_y_n - trial.a_y_n, fit.a_y_ty - trial.a_y_ty, fit.a_y_tz - trial.a_y_tz
+    o[18], o[19], o[20] = fit.a_z_n - trial.a_z_n, fit.a_z_ty - trial.a_z_ty, fit.a_z_tz - trial.a_z_tz
 
 
 @compiled(inline=True)
@@ -60,18 +63,19 @@ def _added(r, dy, dz, a0, g, n, ty, tz, left, b0, b1, b2, g00, g01, g02, g11, g1
 
 
 @compiled(borrows=True)
-def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, best, lanes):
+def falls(v, model, mu, box, fit, root, reach, best, lanes):
     """How much lower S is than at the top in fit, `reach` standard deviations round it: into lanes[:8]; and the least.
 
-    root: as of `climb.root_of`; lanes: as of `LANES`. A position higher than that in
-    `best` goes there. Outside the box S is taken to fall as at the top.
+    root: as of `judge.root_of`; lanes: as of `LANES`. A position higher than that in `best` goes there. Outside the box
+    S is taken to fall as at the top.
     """
-    n, ty, tz = fit[0], fit[1], fit[2]
+    sensors, first, table, a, whole = model.sensors, model.first, model.table, model.rows, model.bits
+    n, ty, tz = fit.n, fit.ty, fit.tz
     for k in range(EIGHT):
         c, s = reach * ROUND[k, 0], reach * ROUND[k, 1]
         lanes[8 + k], lanes[16 + k] = root[0] * c + root[1] * s, root[1] * c + root[2] * s
     dy, dz = eight(lanes, 8), eight(lanes, 16)
-    ys, zs = dy + fit[29], dz + fit[30]
+    ys, zs = dy + fit.y, dz + fit.z
     o = lanes[_OTHERS:]
     left = o[12] * dy * dy + 2.0 * o[13] * dy * dz + o[14] * dz * dz + o[0] - 2.0 * (o[10] * dy + o[11] * dz)
     b0, b1, b2 = o[1] - o[15] * dy - o[18] * dz, o[2] - o[16] * dy - o[19] * dz, o[3] - o[17] * dy - o[20] * dz
@@ -88,7 +92,7 @@ def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, 
             )
     else:
         for i in range(v.size):
-            away, aside = sensors[0, i] - fit[29], sensors[1, i] - fit[30]
+            away, aside = sensors[0, i] - fit.y, sensors[1, i] - fit.z
             a[0, i] = 1.0 + (away * away + aside * aside) * sensors[2, i]
         for i in range(v.size):
             bits = whole[0, i]
@@ -113,7 +117,7 @@ def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, 
     m = (c00 * b0 + c01 * b1 + c02 * b2) * inverse
     my = (c01 * b0 + c11 * b1 + c12 * b2) * inverse
     mz = (c02 * b0 + c12 * b1 + c22 * b2) * inverse
-    fall = left - (b0 * m + b1 * my + b2 * mz) - fit[17]
+    fall = left - (b0 * m + b1 * my + b2 * mz) - fit.left
     sy, sz, most = my + ty, mz + tz, mu * (m + n)
     within = (box[0] <= ys) & (ys <= box[1]) & (box[2] <= zs) & (zs <= box[3])
     free = (det > 1e-13 * g00 * g11 * g22) & (m + n >= 0.0) & (sy * sy + sz * sz <= most * most)
@@ -122,14 +126,14 @@ def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, 
         w0 = b0 + g00 * n + g01 * ty + g02 * tz
         w1 = b1 + g01 * n + g11 * ty + g12 * tz
         w2 = b2 + g02 * n + g12 * ty + g22 * tz
-        taken = on_cone(g00, g01, g02, g11, g12, g22, w0, w1, w2, mu, sy, sz, bound)[3]
+        taken = on_cone((g00, g01, g02, g11, g12, g22), (w0, w1, w2), mu, sy, sz, bound)[3]
         gain = taken - n * (b0 + w0) - ty * (b1 + w1) - tz * (b2 + w2)
-        fall = where(free, fall, left - gain - fit[17])
+        fall = where(free, fall, left - gain - fit.left)
     fall = where(within, fall, reach * reach)
     put(lanes, 0, fall)
     least = reach * reach
     for k in range(EIGHT):
-        if fit[3] - lanes[k] > best[3]:
-            best[3], best[29], best[30] = fit[3] - lanes[k], fit[29] + lanes[8 + k], fit[30] + lanes[16 + k]
+        if fit.explained - lanes[k] > best.explained:
+            best.explained, best.y, best.z = fit.explained - lanes[k], fit.y + lanes[8 + k], fit.z + lanes[16 + k]
         least = min(least, lanes[k])
     return least

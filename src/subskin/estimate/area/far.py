@@ -46,7 +46,8 @@ class Far(NamedTuple):
     squared, single; directions (all of them, n), of length one, or zero so that a region has a multiple of
     `reach.AT_ONCE` where frames stand in lanes; seen (n + 1, regions): whether its loads may be read
     most by a sensor, and at last 1 for frames whose strongest sensor is not sure; cluster (n, 9): the sensors nearest
-    to each; share (n + 1,): the most of a load's squares that these get, 1 at last.
+    to each; share (n + 1,): the most of a load's squares that these get, 1 at last; once: 1 where one region of each
+    frame will do.
     """
 
     table: npt.NDArray[np.int64]
@@ -55,6 +56,7 @@ class Far(NamedTuple):
     seen: npt.NDArray[np.uint8]
     cluster: npt.NDArray[np.int64]
     share: FloatArray
+    once: int = 0
 
 
 def far_from(

@@ -3,28 +3,58 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from ..._check import FloatArray
 from ..._compiled import compiled
+from ..cone import eliminate_one, eliminate_three
 from ..layout import AREA
-from .climb import FIT, _curvature
-from .cone import eliminate
-from .judge import covariance, widest_variance
+from ..varpro import Limits
+from .judge import widest_variance
+from .point import FIT, covariance, information
 
 _MOST, _STEPS, _SWEEPS = 8, 25, 3
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
-_FORCES, _RESIDUAL, _RIVAL = AREA.components, AREA.residual, AREA.rival
+_FORCES, _COVARIANCE, _RESIDUAL, _RIVAL = AREA.components, AREA.covariance, AREA.residual, AREA.rival
 _RIVAL_CHI2, _STATUS = AREA.rival_chi2, AREA.status
 
 
-@compiled()
-def _eliminated(g, b, mu, low, high, fit):
-    """The best admissible components into fit; S of these. `low` and `high` bound N of a load that has no drag."""
-    eliminate(g[0], g[1], g[2], g[3], g[4], g[5], b[0], b[1], b[2], mu, fit)
-    if mu == 0.0 and g[0] > 0.0 and not low <= fit[0] <= high:
-        fit[0] = min(max(b[0] / g[0], low), high)
-        fit[3], fit[4] = fit[0] * (2.0 * b[0] - g[0] * fit[0]), 0.0
+class InPlaceModel(NamedTuple):
+    """What sensors read in place.
+
+    common (n,): standard deviations of the error that mixed readings have in common; values, variance (k, l, n, c), of
+    mixed readings at the nodes; y, z: first node and step of these.
+    """
+
+    common: FloatArray
+    values: FloatArray
+    variance: FloatArray
+    y: FloatArray
+    z: FloatArray
+
+
+class InPlaceSettings(NamedTuple):
+    """Thresholds: `stride`: nodes from one to the next of a scan; `doubtful`: chi-square from which all are scanned."""
+
+    limits: Limits
+    stride: int
+    detection: float
+    largest: float
+    ambiguity: float
+    doubtful: float
+
+
+class _Room(NamedTuple):
+    """Scratch: sums (3, 3), along (3,), shared (3,), slopes (2, 3); here, doubt (3, n, c): values and slopes."""
+
+    sums: FloatArray
+    along: FloatArray
+    shared: FloatArray
+    slopes: FloatArray
+    here: FloatArray
+    doubt: FloatArray
 
 
 @compiled()
@@ -37,50 +67,47 @@ def _doubt(variance, i, load):
 
 
 @compiled()
-def _cost(r, common, values, variance, load, mu, low, high, g, b, fit):
+def _cost(r, common, values, variance, load, limits, room, fit):
     """Chi-square left of a frame r (n,) at a node; the components into fit.
 
     The errors' covariance is that of the independent ones and `common` (n,) times its transpose, by whose part
     everything is less (Sherman and Morrison).
     """
-    for k in range(6):
-        g[k] = 0.0
-    b[0] = b[1] = b[2] = 0.0
+    g, b, s, components = room.sums, room.along, room.shared, values.shape[1]
+    for j in range(3):
+        b[j] = s[j] = 0.0
+        for k in range(3):
+            g[j, k] = 0.0
     out, size, along = 0.0, 1.0, 0.0
-    s0 = s1 = s2 = 0.0
     for i in range(r.size):
-        v = _doubt(variance, i, load)
-        w, a0 = 1.0 / v, values[i, 0]
+        w = 1.0 / _doubt(variance, i, load)
         wc = w * common[i]
         size += wc * common[i]
         along += wc * r[i]
-        s0 += wc * a0
-        g[0] += w * a0 * a0
-        b[0] += w * a0 * r[i]
-        if values.shape[1] == 3:
-            a1, a2 = values[i, 1], values[i, 2]
-            g[1] += w * a0 * a1
-            g[2] += w * a0 * a2
-            g[3] += w * a1 * a1
-            g[4] += w * a1 * a2
-            g[5] += w * a2 * a2
-            b[1] += w * a1 * r[i]
-            b[2] += w * a2 * r[i]
-            s1 += wc * a1
-            s2 += wc * a2
         out += w * r[i] * r[i]
-    out -= along * along / size
-    b[0] -= along * s0 / size
-    b[1] -= along * s1 / size
-    b[2] -= along * s2 / size
-    g[0] -= s0 * s0 / size
-    g[1] -= s0 * s1 / size
-    g[2] -= s0 * s2 / size
-    g[3] -= s1 * s1 / size
-    g[4] -= s1 * s2 / size
-    g[5] -= s2 * s2 / size
-    _eliminated(g, b, mu, low, high, fit)
-    return out - fit[3]
+        for j in range(components):
+            a = values[i, j]
+            b[j] += w * a * r[i]
+            s[j] += wc * a
+            for k in range(j, components):
+                g[j, k] += w * a * values[i, k]
+    for j in range(components):
+        b[j] -= along * s[j] / size
+        for k in range(j, components):
+            g[j, k] -= s[j] * s[k] / size
+    fit.g_n_n, fit.g_n_ty, fit.g_n_tz = g[0, 0], g[0, 1], g[0, 2]
+    fit.g_ty_ty, fit.g_ty_tz, fit.g_tz_tz = g[1, 1], g[1, 2], g[2, 2]
+    if components == 1:
+        fit.ty = fit.tz = fit.i_n_ty = fit.i_n_tz = fit.i_ty_ty = fit.i_ty_tz = fit.i_tz_tz = 0.0
+        fit.n, fit.explained, fit.i_n_n, fit.inside = eliminate_one(g[0, 0], b[0], limits.least, limits.most)
+    else:
+        (
+            fit.n, fit.ty, fit.tz, fit.explained, fit.i_n_n, fit.i_n_ty, fit.i_n_tz, fit.i_ty_ty, fit.i_ty_tz,
+            fit.i_tz_tz, fit.inside,
+        ) = eliminate_three(
+            g[0, 0], g[0, 1], g[0, 2], g[1, 1], g[1, 2], g[2, 2], b[0], b[1], b[2], limits.friction
+        )  # fmt: skip
+    return out - along * along / size - fit.explained
 
 
 @compiled(inline=True)
@@ -129,81 +156,78 @@ def _between(table, p, q, out):
 
 
 @compiled()
-def _settle(r, common, values, variance, mu, low, high, p, q, load, fit, g, b, here, doubt):
-    """From node (p, q) to the best position, where it ends in fit[29], fit[30], in nodes; fit is that of `climb.py`.
+def _settle(r, model, limits, p, q, load, room, fit):
+    """From node (p, q) to the best position, where it ends in fit.y and fit.z, in nodes; fit is that of a point load.
 
     Gauss-Newton steps; the doubt changes with the position too. A step that worsens it is halved. The likelihood would
     have the logarithm of the variances as well: it draws loads to where touches have been, and is left out. Returns the
     chi-square left.
     """
-    last = math.inf
+    last, common, here, doubt, shared, slopes = math.inf, model.common, room.here, room.doubt, room.shared, room.slopes
     step_p = step_q = 0.0
-    top_p, top_q = values.shape[0] - 1.0, values.shape[1] - 1.0
+    top_p, top_q, components = model.values.shape[0] - 1.0, model.values.shape[1] - 1.0, model.values.shape[3]
     for _ in range(_STEPS):
-        _between(values, p, q, here)
-        _between(variance, p, q, doubt)
+        _between(model.values, p, q, here)
+        _between(model.variance, p, q, doubt)
         for i in range(r.size):
-            for c in range(values.shape[3]):
+            for c in range(components):
                 doubt[0, i, c] = max(doubt[0, i, c], 0.0)
-        cost = _cost(r, common, here[0], doubt[0], load, mu, low, high, g, b, fit)
+        cost = _cost(r, common, here[0], doubt[0], load, limits, room, fit)
         if cost > last + 1e-9 and abs(step_p) + abs(step_q) > 1e-6:
             p, q, step_p, step_q = p - 0.5 * step_p, q - 0.5 * step_q, 0.5 * step_p, 0.5 * step_q
             continue
         done = last - cost < 1e-4
         last = cost
-        for k in range(17, 29):
-            fit[k] = 0.0
-        gp = gq = 0.0
-        size, level, cp, cq = 1.0, 0.0, 0.0, 0.0
+        force = (fit.n, fit.ty, fit.tz)
+        gp = gq = upp = upq = uqq = cp = cq = 0.0
+        size, level = 1.0, 0.0
         for i in range(r.size):
             rest = r[i]
-            for c in range(values.shape[3]):
-                rest -= fit[c] * here[0, i, c]
+            for c in range(components):
+                rest -= force[c] * here[0, i, c]
             wc = common[i] / _doubt(doubt[0], i, load)
             size += wc * common[i]
             level += wc * rest
         level /= size  # the likeliest error in common
-        fit[17] = level * level
+        left = level * level
         for c in range(3):
-            b[c] = 0.0
+            shared[c] = slopes[0, c] = slopes[1, c] = 0.0
         for i in range(r.size):
             v = _doubt(doubt[0], i, load)
             rest, dv, dw = r[i] - level * common[i], 0.0, 0.0
             up = uq = 0.0
-            for c in range(values.shape[3]):
-                rest -= fit[c] * here[0, i, c]
-                up += fit[c] * here[1, i, c]
-                uq += fit[c] * here[2, i, c]
+            for c in range(components):
+                rest -= force[c] * here[0, i, c]
+                up += force[c] * here[1, i, c]
+                uq += force[c] * here[2, i, c]
                 dv += load[c] * load[c] * doubt[1, i, c]
                 dw += load[c] * load[c] * doubt[2, i, c]
             more = -0.5 * rest * rest / (v * v)
             gp += rest * up / v - more * dv
             gq += rest * uq / v - more * dw
-            fit[17] += rest * rest / v
-            fit[20] += up * up / v
-            fit[21] += up * uq / v
-            fit[22] += uq * uq / v
+            left += rest * rest / v
+            upp += up * up / v
+            upq += up * uq / v
+            uqq += uq * uq / v
             cp += common[i] * up / v
             cq += common[i] * uq / v
-            for c in range(values.shape[3]):
-                fit[23 + c] += here[0, i, c] * up / v
-                fit[26 + c] += here[0, i, c] * uq / v
-                b[c] += common[i] * here[0, i, c] / v
-        fit[20] -= cp * cp / size
-        fit[21] -= cp * cq / size
-        fit[22] -= cq * cq / size
-        for c in range(values.shape[3]):
-            fit[23 + c] -= b[c] * cp / size
-            fit[26 + c] -= b[c] * cq / size
-        for k in range(6):
-            fit[11 + k] = g[k]
-        fit[29], fit[30] = p, q
+            for c in range(components):
+                slopes[0, c] += here[0, i, c] * up / v
+                slopes[1, c] += here[0, i, c] * uq / v
+                shared[c] += common[i] * here[0, i, c] / v
+        for c in range(components):
+            slopes[0, c] -= shared[c] * cp / size
+            slopes[1, c] -= shared[c] * cq / size
+        fit.left, fit.y, fit.z, fit.by_y, fit.by_z = left, p, q, gp, gq
+        fit.u_y_y, fit.u_y_z, fit.u_z_z = upp - cp * cp / size, upq - cp * cq / size, uqq - cq * cq / size
+        fit.a_y_n, fit.a_y_ty, fit.a_y_tz = slopes[0, 0], slopes[0, 1], slopes[0, 2]
+        fit.a_z_n, fit.a_z_ty, fit.a_z_tz = slopes[1, 0], slopes[1, 1], slopes[1, 2]
         if done:
             break
-        hpp, hpq, hqq = _curvature(fit)[:3]
-        det = hpp * hqq - hpq * hpq
-        det = det if det > 1e-9 * hpp * hqq else hpp * hqq + 1e-300
-        step_p, step_q = (hqq * gp - hpq * gq) / det, (hpp * gq - hpq * gp) / det
+        told = information(fit)
+        det = told.y_y * told.z_z - told.y_z * told.y_z
+        det = det if det > 1e-9 * told.y_y * told.z_z else told.y_y * told.z_z + 1e-300
+        step_p, step_q = (told.z_z * gp - told.y_z * gq) / det, (told.y_y * gq - told.y_z * gp) / det
         long = math.hypot(step_p, step_q)
         if long > 1.5:
             step_p, step_q = 1.5 * step_p / long, 1.5 * step_q / long
@@ -213,24 +237,36 @@ def _settle(r, common, values, variance, mu, low, high, p, q, load, fit, g, b, h
     return last
 
 
+@compiled(inline=True)
+def _put(fit, y, z, at):
+    """Where a fit is [m], into at (2,)."""
+    at[0], at[1] = y[0] + fit.y * y[1], z[0] + fit.z * z[1]
+
+
 @compiled()
-def in_place_frames(readings, rows, mix, common, y, z, values, variance, typical, options, out):
+def in_place_frames(readings, rows, mix, model, typical, settings, out):
     """Fill `out`, one row a frame; those that lack a sensor are left with status -1.
 
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; mix (n, n): what makes readings
-    of errors that are independent, of variance 1 by noise; common (n,): standard deviations of the error that they have
-    in common; y, z: first node and step; values, variance (k, l, n, c), of mixed readings; typical (3,): a load like
-    the calibration's; options: mu, least and largest N, nodes from one to the next of the scan, the thresholds of
-    detection and of chi-square, ambiguity, and the chi-square from which a frame is scanned again at every node.
+    of errors that are independent, of variance 1 by noise; typical (3,): a load like the calibration's.
     """
     frames, n = readings.shape
-    mu, low, high = options[0], options[1], options[2]
-    detection, largest, ambiguity, doubtful = options[4], options[5], options[6], options[7]
-    r, load = np.empty(n), np.empty(3)
-    g, b = np.zeros(6), np.zeros(3)
+    values, variance, common, y, z, limits = (
+        model.values,
+        model.variance,
+        model.common,
+        model.y,
+        model.z,
+        settings.limits,
+    )
+    r, load, found, more = np.empty(n), np.empty(3), np.empty(3), np.zeros(3)
     cost, score, at = np.empty(values.shape[:2]), np.empty(_MOST), np.empty((_MOST, 2), dtype=np.int64)
-    fits, here, doubt = np.zeros((_MOST, FIT)), np.empty((3, n, values.shape[3])), np.empty((3, n, values.shape[3]))
-    fit, ends, more = np.zeros(FIT), np.empty(_MOST), np.zeros(3)
+    fits, ends = np.zeros(_MOST + 1, FIT), np.empty(_MOST)
+    room = _Room(
+        np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((2, 3)), np.empty((3, n, values.shape[3])),
+        np.empty((3, n, values.shape[3])),
+    )  # fmt: skip
+    fit = fits[_MOST]
     for f in range(frames):
         row = out[f]
         row[:] = math.nan
@@ -248,7 +284,7 @@ def in_place_frames(readings, rows, mix, common, y, z, values, variance, typical
         if not (usable and total < 1e30):
             row[_STATUS] = _PENDING
             continue
-        apart, top, rival = int(options[3]), 0, -1
+        apart, top, rival = settings.stride, 0, -1
         while True:
             first, second = (values.shape[0] - 1) // apart + 1, (values.shape[1] - 1) // apart + 1
             load[:] = typical
@@ -258,18 +294,18 @@ def in_place_frames(readings, rows, mix, common, y, z, values, variance, typical
                 for j in range(first):
                     for k in range(second):
                         p, q = j * apart, k * apart
-                        cost[j, k] = _cost(r, common, values[p, q], variance[p, q], load, mu, low, high, g, b, fit)
+                        cost[j, k] = _cost(r, common, values[p, q], variance[p, q], load, limits, room, fit)
                         if cost[j, k] < best:
                             best = cost[j, k]
-                            score[0], score[1], score[2] = fit[0], fit[1], fit[2]
+                            found[0], found[1], found[2] = fit.n, fit.ty, fit.tz
                 size, moved = 0.0, 0.0
                 for j in range(3):
-                    moved += (abs(score[j]) - abs(load[j])) ** 2
-                    size += score[j] ** 2
+                    moved += (abs(found[j]) - abs(load[j])) ** 2
+                    size += found[j] ** 2
                 if not moved > 0.01 * size:
                     break
                 for j in range(3):
-                    load[j] = score[j]
+                    load[j] = found[j]
             for j in range(first):  # the lowest nodes of the scan, each lower than its neighbours
                 for k in range(second):
                     here_is = cost[j, k]
@@ -291,44 +327,44 @@ def in_place_frames(readings, rows, mix, common, y, z, values, variance, typical
             top = rival = -1
             for e in range(count):
                 p, q = float(at[e, 0]), float(at[e, 1])
-                ends[e] = _settle(r, common, values, variance, mu, low, high, p, q, load, fits[e], g, b, here, doubt)
+                ends[e] = _settle(r, model, limits, p, q, load, room, fits[e])
                 if top < 0 or ends[e] < ends[top]:
                     top = e
             for e in range(count):
-                away = math.hypot(fits[e, 29] - fits[top, 29], fits[e, 30] - fits[top, 30])
+                away = math.hypot(fits[e].y - fits[top].y, fits[e].z - fits[top].z)
                 if away > 1.0 and (rival < 0 or ends[e] < ends[rival]):
                     rival = e
-            if apart == 1 or not fits[top][17] > doubtful:
+            if apart == 1 or not fits[top].left > settings.doubtful:
                 break
             apart = 1  # what the scan hardly explains may lie in a narrow valley between its nodes
         one = fits[top]
-        row[_RESIDUAL] = one[17]
-        if one[17] > largest:
+        row[_RESIDUAL] = one.left
+        if one.left > settings.largest:
             row[_STATUS] = _UNEXPLAINED
             continue
-        if total - ends[top] < detection:
+        if total - ends[top] < settings.detection:
             row[_STATUS] = _NO_CONTACT
             continue
-        if mu == 0.0 and one[4] == 0.0:
-            one[11] = math.inf  # the force is not free
-        row[0], row[1] = y[0] + one[29] * y[1], z[0] + one[30] * z[1]
-        row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = one[0], one[1], one[2]
-        for k, scale in ((20, y[1] * y[1]), (21, y[1] * z[1]), (22, z[1] * z[1])):
-            one[k] /= scale
-        for k in range(3):
-            one[23 + k] /= y[1]
-            one[26 + k] /= z[1]
-        covariance(one, mu, more, row)
+        if limits.friction == 0.0 and one.i_n_n == 0.0:
+            one.g_n_n = math.inf  # the force is not free
+        p, q = one.y, one.z
+        _put(one, y, z, row)
+        row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = one.n, one.ty, one.tz
+        one.u_y_y, one.u_y_z, one.u_z_z = (
+            one.u_y_y / (y[1] * y[1]), one.u_y_z / (y[1] * z[1]), one.u_z_z / (z[1] * z[1])
+        )  # fmt: skip
+        one.a_y_n, one.a_y_ty, one.a_y_tz = one.a_y_n / y[1], one.a_y_ty / y[1], one.a_y_tz / y[1]
+        one.a_z_n, one.a_z_ty, one.a_z_tz = one.a_z_n / z[1], one.a_z_ty / z[1], one.a_z_tz / z[1]
+        covariance(one, limits, more, row[_COVARIANCE:])
         wide = widest_variance(row)
         status = _OK
         if rival >= 0:
-            row[_RIVAL], row[_RIVAL + 1] = y[0] + fits[rival, 29] * y[1], z[0] + fits[rival, 30] * z[1]
-            for c in range(3):
-                row[_RIVAL + 2 + c] = fits[rival, c]
+            other = fits[rival]
+            _put(other, y, z, row[_RIVAL:])
+            row[_RIVAL + 2], row[_RIVAL + 3], row[_RIVAL + 4] = other.n, other.ty, other.tz
             row[_RIVAL_CHI2] = max(ends[rival] - ends[top], 0.0)
-            if ends[rival] - ends[top] < ambiguity:
+            if ends[rival] - ends[top] < settings.ambiguity:
                 status = _AMBIGUOUS
-        p, q = one[29], one[30]
         if not (0.5 < p < values.shape[0] - 1.5 and 0.5 < q < values.shape[1] - 1.5):
             status = _AMBIGUOUS
         reach = 6.0 * math.sqrt(wide) + 0.75 * apart * max(y[1], z[1])
@@ -338,6 +374,6 @@ def in_place_frames(readings, rows, mix, common, y, z, values, variance, typical
             for j in range(first):
                 for k in range(second):
                     away = math.hypot((j * apart - p) * y[1], (k * apart - q) * z[1])
-                    if away > reach and cost[j, k] < ends[top] + ambiguity:
+                    if away > reach and cost[j, k] < ends[top] + settings.ambiguity:
                         status = _AMBIGUOUS
         row[_STATUS] = status

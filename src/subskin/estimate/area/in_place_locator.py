@@ -16,6 +16,8 @@ from ...measured import MeasuredResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA
+from ..varpro import Limits
+from .in_place import InPlaceModel, InPlaceSettings
 
 __all__ = ["InPlaceLocator"]
 
@@ -149,16 +151,13 @@ class InPlaceLocator(Framewise):
             for table in (self.response.values, self.response.variance)
         )
         spare = max(int(pattern.sum()) - self.unknowns, 1)
-        options = np.array(
-            [
-                self.friction,
-                *self._force,
-                self._stride(values),
-                2 * np.log(1 / self._false_alarm),
-                float(chdtri(spare, self._false_alarm)),
-                self._ambiguity,
-                float(chdtri(spare, max(_AGAIN, self._false_alarm))),
-            ]
+        settings = InPlaceSettings(
+            limits=Limits(self.friction, *self._force),
+            stride=self._stride(values),
+            detection=float(2 * np.log(1 / self._false_alarm)),
+            largest=float(chdtri(spare, self._false_alarm)),
+            ambiguity=self._ambiguity,
+            doubtful=float(chdtri(spare, max(_AGAIN, self._false_alarm))),
         )
         typical = np.array([self.response.load, 0.0, 0.0])
         noise = self.response.noise[pattern]
@@ -171,7 +170,8 @@ class InPlaceLocator(Framewise):
         variance = np.ascontiguousarray((np.matmul(doubt, root) ** 2).sum(axis=-1).swapaxes(2, 3))
         common = mix @ np.asarray(self.response.common)[pattern]
         steps = (np.array([nodes[0], nodes[1] - nodes[0]]) for nodes in (y, z))
-        return (sensor_rows(self.array.select(pattern)), mix, common, *steps, values, variance, typical, options)
+        model = InPlaceModel(common, values, variance, *steps)
+        return sensor_rows(self.array.select(pattern)), mix, model, typical, settings
 
     def _nodes(self) -> tuple[FloatArray, FloatArray, tuple[slice, slice]]:
         """Nodes y and z within the search, and where they are among all."""

@@ -17,9 +17,12 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
+from ..varpro import Limits
 from .alike import least_told_apart
 from .far import INNER, far_from, nodes_of
-from .tiles import Response, SomeSensors, boxes_beyond, nodes_beyond, tiles_of
+from .point import PointModel, model_of
+from .settings import Beyond, Settings
+from .tiles import Response, SomeSensors, Tiles, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
 
@@ -149,17 +152,15 @@ class AreaLocator(Framewise):
             table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
         terms = response.terms if response.pair is None else response.terms[:0]
         inner, outer = self._over_the_sensors()
-        parts: tuple[Any, ...] = self._looked_at(response, [lambda: self.response], [0], pattern, cells, inner)
-        sensors, first, *rest = parts
+        table = np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1))
+        model = model_of(response, np.asarray(array.noise), cells, table, terms)
+        tiles, beyond, sizes = self._looked_at(model, [lambda: self.response], [0], pattern, inner)
         seen = self._read_by(lambda: self.response, pattern)
-        far = self._far(seen, array, inner, outer, rest[4])
+        ring, far, (held, members) = self._far(seen, array, inner, outer, beyond.nodes)
         least = least_told_apart(seen, array.points, 1 / np.asarray(array.noise), self._depth, self.friction)
-        told = least if least < _ALIKE else np.inf
-        return (
-            sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
-            np.ascontiguousarray(terms).astype(np.int64), *rest, far,
-            np.append(self._options(array, response, error), told),
-        )  # fmt: skip
+        settings = self._settings(array, response, error, least if least < _ALIKE else np.inf)
+        beyond = beyond._replace(held=held, members=members)
+        return sensor_rows(array), model, tiles, beyond, ring, far, sizes, settings
 
     def _far(
         self, response: Response, array: SensorArray, inner: FloatArray, outer: FloatArray, nodes: FloatArray
@@ -175,7 +176,7 @@ class AreaLocator(Framewise):
         beyond = ring
         if self._beyond > 0:
             beyond, held = far_from(*seen, *boxes[1:], *kind, beyond_leaves, 1.0)
-        return tuple(ring), tuple(beyond), *nodes_of(held, nodes[:, :2])
+        return ring._replace(once=1), beyond, nodes_of(held, nodes[:, :2])
 
     def _over_the_sensors(self) -> tuple[FloatArray, FloatArray]:
         """The part of the search where most touches stand, and how far loads are thought of."""
@@ -187,26 +188,25 @@ class AreaLocator(Framewise):
             inner = box
         return inner, box + self._beyond * np.array([-1.0, 1.0])
 
-    def _options(self, array: SensorArray, response: RadialResponse, error: float) -> FloatArray:
+    def _settings(self, array: SensorArray, response: RadialResponse, error: float, told: float = np.inf) -> Settings:
         """The numbers that the compiled loop goes by; `error` is that of its table."""
         from scipy.special import chdtri
 
         box = np.array(self.search)
         strongest = np.abs(response(np.array([[p.mean() for p in box]])) / np.asarray(array.noise)[:, None]).max()
-        return np.array(
-            [
-                self.friction,
-                2 * np.log(1 / self._false_alarm),  # less than this explained: no contact
-                float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm)),  # more left: unexplained
-                self._ambiguity,
-                0.02 * self._depth,  # two maxima nearer than this are one contact
-                0.1 * self._depth,  # a profile wider than this may be ambiguous
-                _STRONG,
-                _CURVED * self._depth,  # from this standard deviation on the profile need not be a parabola
-                1e-9 * self._depth,
-                *box.reshape(-1),
-                len(array) * (error * strongest) ** 2,  # of a unit force, by the table
-            ]
+        return Settings(
+            limits=Limits(self.friction),
+            detection=float(2 * np.log(1 / self._false_alarm)),
+            largest=float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm)),
+            ambiguity=self._ambiguity,
+            apart=0.02 * self._depth,
+            broad=0.1 * self._depth,
+            strong=_STRONG,
+            curved=_CURVED * self._depth,
+            smallest=1e-9 * self._depth,
+            box=box.reshape(-1),
+            error=float(len(array) * (error * strongest) ** 2),
+            told=told,
         )
 
     def _read_by(self, whole: Callable[[], RadialResponse], pattern: npt.NDArray[np.bool_], name: int = 0) -> Response:
@@ -215,38 +215,41 @@ class AreaLocator(Framewise):
 
     def _looked_at(
         self,
-        response: RadialResponse,
+        model: PointModel,
         wholes: Sequence[Callable[[], RadialResponse]],
         far: Sequence[int],
         pattern: npt.NDArray[np.bool_],
-        cells: int,
         inner: FloatArray | None = None,
-    ) -> tuple[Any, ...]:
-        """Sensors and rows of tables, of all and of those near each tile; where the scans look, and those beyond.
+    ) -> tuple[Tiles, Beyond, npt.NDArray[np.int64]]:
+        """Where the scans look, in the search and beyond it, and the most nodes and the longest row of a tile.
 
-        `response` is that of the sensors of `pattern`, in tables of so many `cells`; `wholes` give those of all sensors
-        that are scanned, and `far` which of them beyond the search; `inner` is the part that is looked at first, where
-        bounds say which nodes beyond are looked at. Where a sensor is missing, what is read at the nodes is a part of
-        what all of them read, which is kept: a stream waits for half as long.
+        `model` is that of the sensors of `pattern`; `wholes` give the responses of all sensors that are scanned, and
+        `far` which of them beyond the search; `inner` is the part that is looked at first, where bounds say which nodes
+        beyond are looked at. Where a sensor is missing, what is read at the nodes is a part of what all of them read,
+        which is kept: a stream waits for half as long.
         """
         array, box = self.array.select(pattern), np.array(self.search)
         scale = 1 / np.asarray(array.noise)
         responses = [self._read_by(whole, pattern, name) for name, whole in enumerate(wholes)]
-        beyond = [responses[i] for i in far]
         finest = float(np.sqrt(3 * len(array) * np.ptp(box, axis=1).prod() / _MOST_FINE))
         tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction, inner)
         boxes = boxes_beyond(box, self._beyond)
-        outer, nodes = nodes_beyond(beyond, scale, boxes, self._depth, self.friction, inner is None)
-        sensors = np.ascontiguousarray(np.stack([*response.points.T, response.depth**-2.0, response.gain * scale]))
-        first = np.append(response.kind * cells, cells - 1).astype(np.int64)
+        seen = [responses[i] for i in far]
+        outer, nodes = nodes_beyond(seen, scale, boxes, self._depth, self.friction, inner is None)
         widest = max(int(t.table[:, 3].max()) for t in (tiles, outer))
         sizes = np.array([widest, int(tiles.table[:, 6].max()) + 2])
-        # of the sensors near each tile, and of one that reads nothing
-        every, kinds = np.column_stack([sensors, np.zeros(4)]), np.append(first[:-1], 0)
+        # the sensors near each tile, and one that reads nothing
+        every, kinds, last = (
+            np.column_stack([model.sensors, np.zeros(4)]),
+            np.append(model.first[:-1], 0),
+            model.first[-1],
+        )
         parts = [tiles.near[i : i + k] for i, k in tiles.table[:, :2]]
-        near_sensors = np.concatenate([every[:, near].reshape(-1) for near in parts])
-        near_first = np.concatenate([np.append(kinds[near], cells - 1) for near in parts])
-        return sensors, first, tuple(tiles), near_sensors, near_first, tuple(outer), nodes, boxes, sizes
+        tiles = tiles._replace(
+            sensors=np.concatenate([every[:, near].reshape(-1) for near in parts]),
+            first=np.concatenate([np.append(kinds[near], last) for near in parts]),
+        )
+        return tiles, Beyond(outer, nodes, boxes, np.array([0, len(nodes)]), np.arange(len(nodes))), sizes
 
 
 def reach_of(array: SensorArray, box: FloatArray, beyond: float = 0.0) -> float:

@@ -11,21 +11,25 @@ out: `locator.py` prepares them, `estimate/layout.py` names the columns.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from ..._check import FloatArray
 from ..._compiled import compiled
 from ..._lanes import EIGHT, fetch
 from ..layout import AREA
-from .climb import FIT, climb
+from ..varpro import Ending
 from .fall import LANES
-from .field import ROWS
-from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
+from .judge import FINE, MOST, beside, is_broad, look_round, outside, unsure, widest_variance
 from .order import by_strongest, whitened
+from .point import FIT, ROWS, Point, PointModel, climb, covariance
 from .reach import FEW as LANED
 from .reach import crowded, regions_left
 from .scan import taken
-from .tops import nearby, search
+from .settings import Room, Search
+from .tops import nearby, tops_of
 
 FEW, _AGAIN = 4, 3
 MOST_CHI2 = 1e30
@@ -37,108 +41,93 @@ _BARE = 7
 """Sensors at which the finest scan looks at each frame: with one or two spare readings a wrong top explains as well."""
 _ALL = (1 << EIGHT) - 1
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
-_FORCES, _RESIDUAL = AREA.components, AREA.residual
+_FORCES, _COVARIANCE, _RESIDUAL = AREA.components, AREA.covariance, AREA.residual
 _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
 
 
 @compiled(borrows=True)
-def _settle(
-    w, single, total, tile, over, sensors, first, table, terms, tiles, near_sensors, near_first, options, row, size, c,
-    heights, lead, part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
-):  # fmt: skip
+def _settle(w, single, total, tile, over, search, room, row, size, c):
     """Fill the row of a frame but for what loads beyond the search say: what these are to explain; infinite if nothing.
 
     over: whether a tile over the sensors is enough; size, c: what `scan.taken` gave of the first tile.
     """
-    n = w.size
-    detection, largest, ambiguity = options[1], options[2], options[3]
-    base = tiles[0].shape[0] - n - 2  # tiles that are looked at first, where there are any
+    n, settings, tiles, fits, more, trial = w.size, search.settings, search.tiles, room.fits, room.more, room.trials[0]
+    limits, box, model = settings.limits, settings.box, search.model
+    fine, place = Ending(FINE, settings.smallest, 0.0, -math.inf), row[_COVARIANCE:]
+    base = tiles.table.shape[0] - n - 2  # tiles that are looked at first, where there are any
     best = second = -1
-    left = bound = largest
+    left = bound = settings.largest
     for attempt in range(2 if n <= _BARE else 0 if over else 1, 3):
         t, most, share = (base + n + 1, MOST, 0.05) if attempt == 2 else (base * attempt + tile, FEW, 0.25)
         if attempt != (0 if over else 1):
             size = taken(single, single, tiles, t, c, c)[0]
-        best, second = search(
-            w, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole,
-            size, c, heights, lead, score, at, fits, part,
-        )  # fmt: skip
-        left, bound = total, largest
+        best, second = tops_of(w, search, room, t, size, c, most, share)
+        left, bound = total, settings.largest
         if best >= 0:
-            left = fits[best, 17]
+            fit = fits[best]
+            left = fit.left
             if attempt > 0:
-                bound += options[13] * (fits[best, 0] ** 2 + fits[best, 1] ** 2 + fits[best, 2] ** 2)
+                bound += settings.error * (fit.n**2 + fit.ty**2 + fit.tz**2)
         if left <= bound:
             break
     row[_RESIDUAL] = left
     if left > bound:
         row[_STATUS] = _UNEXPLAINED
         return math.inf
-    explained = fits[best, 3] if best >= 0 else 0.0
-    if explained < detection:
+    explained = fits[best].explained if best >= 0 else 0.0
+    if explained < settings.detection:
         row[_STATUS] = _NO_CONTACT
         return math.inf
-    if second >= 0 and explained - fits[second, 3] < ambiguity:  # it was climbed roughly, maybe to the same top
-        climb(
-            w, sensors, first, table, terms, options[0], options[9:13], fits[second, 29], fits[second, 30], FINE,
-            options[8], 0.0, -math.inf, scratch, whole, fits[second], trials[0],
-        )  # fmt: skip
-        if fits[second, 3] > explained:
+    if second >= 0 and explained - fits[second].explained < settings.ambiguity:
+        other = fits[second]  # it was climbed roughly, maybe to the same top
+        climb(w, model, limits, box, Point(other.y, other.z), fine, other, trial)
+        if other.explained > explained:
             best, second = second, best
-        if abs(fits[second, 29] - fits[best, 29]) + abs(fits[second, 30] - fits[best, 30]) < options[4]:
+        if abs(fits[second].y - fits[best].y) + abs(fits[second].z - fits[best].z) < settings.apart:
             second = -1
     more[0] = more[1] = more[2] = 0.0
-    few = n <= _TINY or explained * options[14] < _TOLD
+    few = n <= _TINY or explained * settings.told < _TOLD
     if few:
-        covariance(fits[best], options[0], more, row)
-        best, second = beside(
-            w, sensors, first, table, terms, options, best, second, row, scratch, whole, fits
-        )  # fmt: skip
+        covariance(fits[best], limits, more, place)
+        best, second = beside(w, search, room, best, second, row)
     fit, status, shape = fits[best], _OK, 0
     for _ in range(_AGAIN):
-        covariance(fit, options[0], more, row)
+        covariance(fit, limits, more, place)
         spread = widest_variance(row)
-        if not (options[7] * options[7] < spread < options[5] * options[5] * 100.0):
+        if not (settings.curved * settings.curved < spread < settings.broad * settings.broad * 100.0):
             break
-        near = nearby(w, sensors, first, near_sensors, near_first, tiles[0], t, part)
-        shape = look_round(
-            w, near, sensors, first, table, terms, options, fit, row, scratch, whole, trials, lanes, ratio, more
-        )  # fmt: skip
+        near_w, near = nearby(w, model, tiles, t, room.part)
+        shape = look_round(w, near_w, near, search, room, fit, row)
         if shape >= 0:
             break
-        y, z = trials[2, 29], trials[2, 30]
-        climb(
-            w, sensors, first, table, terms, options[0], options[9:13], y, z, FINE, options[8], 0.0, -math.inf,
-            scratch, whole, fit, trials[0],
-        )  # fmt: skip
+        higher = room.trials[1]
+        climb(w, model, limits, box, Point(higher.y, higher.z), fine, fit, trial)
         more[0] = more[1] = more[2] = 0.0
     if more[0] != 0.0 or shape < 0:
-        covariance(fit, options[0], more, row)
-    explained, row[_RESIDUAL] = fit[3], fit[17]
-    row[0], row[1] = fit[29], fit[30]
-    row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = fit[0], fit[1], fit[2]
+        covariance(fit, limits, more, place)
+    explained, row[_RESIDUAL] = fit.explained, fit.left
+    row[0], row[1] = fit.y, fit.z
+    row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = fit.n, fit.ty, fit.tz
     if second >= 0:
-        row[_RIVAL], row[_RIVAL + 1] = fits[second, 29], fits[second, 30]
-        row[_RIVAL + 2], row[_RIVAL + 3], row[_RIVAL + 4] = fits[second, 0], fits[second, 1], fits[second, 2]
-        worse = max(explained - fits[second, 3], 0.0)
+        other, rival = fits[second], row[_RIVAL:]
+        rival[0], rival[1], rival[2], rival[3], rival[4] = other.y, other.z, other.n, other.ty, other.tz
+        worse = max(explained - other.explained, 0.0)
         row[_RIVAL_CHI2] = worse
-        if worse < ambiguity:
+        if worse < settings.ambiguity:
             status = _AMBIGUOUS
-    margin = 2.0 * options[4]
-    if not (
-        options[9] + margin < row[0] < options[10] - margin and options[11] + margin < row[1] < options[12] - margin
-    ):
+    margin = 2.0 * settings.apart
+    if not (box[0] + margin < fit.y < box[1] - margin and box[2] + margin < fit.z < box[3] - margin):
         status = _AMBIGUOUS
     if shape < 0 or shape > 1:
         status = _AMBIGUOUS
-    if unsure(fit, row, spread, options) or (
+    if unsure(fit, row, spread, box) or (
         (shape == 1 or few)
-        and 6.0 * math.sqrt(spread) > options[5]
-        and is_broad(single[:n], tiles, fit, row, spread, options, trials[0])
+        and 6.0 * math.sqrt(spread) > settings.broad
+        and is_broad(single[:n], tiles, base + n + 1, Point(fit.y, fit.z), explained, row, spread, settings)
     ):
         status = _AMBIGUOUS
     row[_STATUS] = status
-    return explained - ambiguity if status == _OK else math.inf
+    return explained - settings.ambiguity if status == _OK else math.inf
 
 
 @compiled(inline=True)
@@ -150,21 +139,35 @@ def _frames(kept, found):
     return frames
 
 
-@compiled(borrows=True)
-def _each(
-    readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, part, scratch, whole,
-    score, at, fits, trials, lanes, ratio, more,
-):  # fmt: skip
-    """As `project_frames`, with its scratch; hot, order: as of `by_strongest`.
+class _Turn(NamedTuple):
+    """Scratch of up to eight frames that go side by side.
 
-    Up to eight frames of one strongest sensor go side by side where regions are asked, and two where nodes are. sums
-    (3, 8) keeps chi-square of their readings, what loads beyond are to explain, and chi-square of those that count;
-    asked (3, 8) what `regions_left` is given.
+    hot, order: as of `by_strongest`; wide (n, 8), asked (3, 8), kept: as of `regions_left`; sums (3, 8): chi-square of
+    their readings, what loads beyond are to explain, and chi-square of those that count; fulls, singles (8, n + 1):
+    their readings; shares: what `taken` gives of each; tried: as of `outside`.
     """
-    n = readings.shape[1]
-    least = options[2] + options[3]
-    ring, beyond, held, members = far
+
+    hot: npt.NDArray[np.int64]
+    order: npt.NDArray[np.int64]
+    wide: npt.NDArray[np.float32]
+    asked: npt.NDArray[np.float32]
+    kept: npt.NDArray[np.int64]
+    sums: FloatArray
+    fulls: FloatArray
+    singles: npt.NDArray[np.float32]
+    shares: npt.NDArray[np.float32]
+    tried: npt.NDArray[np.float32]
+
+
+@compiled(borrows=True)
+def _each(readings, rows, search, beyond, ring, far, room, scratch, out):
+    """As `project_frames`, with its scratch.
+
+    Up to eight frames of one strongest sensor go side by side where regions are asked, and two where nodes are.
+    """
+    n, tiles, settings = readings.shape[1], search.tiles, search.settings
+    hot, order, wide, asked, kept, sums, fulls, singles, shares, tried = scratch
+    least = settings.largest + settings.ambiguity
     begin = 0
     while begin < order.size:
         tile, count = hot[order[begin]], 1
@@ -175,7 +178,7 @@ def _each(
                 fetch(readings, n * order[turn] + i)
             for i in range(0, out.shape[1], EIGHT):
                 fetch(out, out.shape[1] * order[turn] + i)
-        inner = tile < n and tiles[0].shape[0] > n + 2 and ring[0].shape[0] > 0
+        inner = tile < n and tiles.table.shape[0] > n + 2 and ring.table.shape[0] > 0
         for k in range(EIGHT):
             asked[0, k], asked[1, k] = 0.0, math.inf
         for k in range(count):
@@ -191,14 +194,12 @@ def _each(
             asked[0, k] = total
             for i in range(n if n < LANED else 0):
                 wide[i, k] = single[i]
-            if inner and not crowded(single, total, total - least, tile, ring[4], ring[5]):
+            if inner and not crowded(single, total, total - least, tile, ring):
                 asked[1, k] = total - least
         may = _ALL
         if inner:
-            may = _frames(
-                kept, regions_left(singles, wide, asked, tile, ring[0], ring[1], ring[2], ring[3], True, kept)
-            )
-        base = tiles[0].shape[0] - n - 2
+            may = _frames(kept, regions_left(singles, wide, asked, tile, ring, kept))
+        base = tiles.table.shape[0] - n - 2
         for wider in range(2):
             one = -1
             for k in range(count):
@@ -217,59 +218,54 @@ def _each(
             total, single, needed = sums[0, k], singles[k], math.inf
             if total < MOST_CHI2:
                 needed = _settle(
-                    fulls[k, :n], single, total, tile, (may >> k) & 1 == 0, sensors, first, table, terms, tiles,
-                    near_sensors, near_first, options, out[order[begin + k]], sums[2, k], shares[k], heights, lead,
-                    part, scratch, whole, score, at, fits, trials, lanes, ratio, more,
+                    fulls[k, :n], single, total, tile, (may >> k) & 1 == 0, search, room, out[order[begin + k]],
+                    sums[2, k], shares[k],
                 )  # fmt: skip
             sums[1, k] = asked[1, k] = needed
-            if needed < math.inf and crowded(single, total, needed, tile, beyond[4], beyond[5]):
+            if needed < math.inf and crowded(single, total, needed, tile, far):
                 asked[1, k] = math.inf
         found, kept[0, 0], kept[0, 1] = 1, 0, _ALL  # of no region: all nodes, as of one
-        if beyond[0].shape[0] > 0:
-            found = regions_left(singles, wide, asked, tile, beyond[0], beyond[1], beyond[2], beyond[3], False, kept)
+        if far.table.shape[0] > 0:
+            found = regions_left(singles, wide, asked, tile, far, kept)
         may = _frames(kept, found)
         for k in range(count):
             if (may >> k) & 1 and sums[1, k] < math.inf and outside(
-                fulls[k, :n], singles[k], sensors, first, table, terms, outer, nodes, held, members, kept[:found], k,
-                sums[1, k], options, boxes, scratch, whole, s, trials,
+                fulls[k, :n], singles[k], search, beyond, kept[:found], k, sums[1, k], tried, room
             ):  # fmt: skip
                 out[order[begin + k], _STATUS] = _AMBIGUOUS
         begin += count
 
 
-@compiled()
-def project_frames(
-    readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, sizes, far,
-    options, out,
-):  # fmt: skip
-    """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
-
-    readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; sensors, first, table, terms:
-    as of `field.field_at`, then those of the sensors near each tile; tiles, outer: `Tiles` of the search and of what is
-    beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; far: `Far`
-    of the search but its part over the sensors, and of what is beyond, then the nodes of its regions (`far.nodes_of`);
-    options: mu, the thresholds of detection and of chi-square, ambiguity, apart, broad, the reading from which the
-    strongest names a tile, the deviation from which S need be no parabola, the smallest step, the search, the table's
-    error, and the least share of a load by which others near it differ; infinite where that is large.
-    """
-    n = readings.shape[1]
-    widest, lead = sizes[0], sizes[1]
-    shares = np.empty((EIGHT, 3 * widest + 2 * n + 4), dtype=np.float32)
-    s = np.empty(widest, dtype=np.float32)
+@compiled(inline=True)
+def room_of(widest, lead, n):
+    """Scratch for a search in tiles of so many nodes, in rows of so many."""
     heights = np.empty(widest + 2 * lead, dtype=np.float32)
     for p in range(lead):
         heights[p] = np.float32(-1)
-    fulls, singles, part = np.zeros((EIGHT, n + 1)), np.zeros((EIGHT, n + 1), dtype=np.float32), np.empty(n + 1)
-    wide, asked = np.zeros((n, EIGHT), dtype=np.float32), np.zeros((3, EIGHT), dtype=np.float32)
-    sums, kept = np.empty((3, EIGHT)), np.empty((max(far[0][1].size, far[1][1].size) + 1, 2), dtype=np.int64)
+    score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty(MOST + 6, FIT), np.empty(2, FIT)
+    return Room(
+        lead, heights, np.empty(n + 1), score, at, fits, trials, np.empty(LANES), np.empty(8), np.empty(3), np.zeros(3)
+    )
+
+
+@compiled()
+def project_frames(readings, rows, model, tiles, beyond, ring, far, sizes, settings, out):
+    """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
+
+    readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; model: without its scratch;
+    tiles: of the search; beyond: of what is outside it; ring, far: `Far` of the search but its part over the sensors,
+    and of what is beyond; sizes: most nodes, and the longest row of all tiles.
+    """
+    n, (widest, lead) = readings.shape[1], (sizes[0], sizes[1])
     scratch = np.empty((ROWS, n + 1))
+    mine = PointModel(model.sensors, model.first, model.table, model.terms, scratch, scratch.view(np.int64))
     turns = np.empty((2, readings.shape[0] + n + 2), dtype=np.int64)
     hot, order, start = turns[0, n + 2 :], turns[1, n + 2 :], turns[0, : n + 2]
-    by_strongest(readings, rows, options[6], hot, start, order)
-    score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 6, FIT)), np.empty((3, FIT))
-    lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
-    _each(
-        readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
-        options, out, hot, order, wide, asked, sums, kept, fulls, singles, shares, s, heights, lead, part,
-        scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more,
+    by_strongest(readings, rows, settings.strong, hot, start, order)
+    turn = _Turn(
+        hot, order, np.zeros((n, EIGHT), dtype=np.float32), np.zeros((3, EIGHT), dtype=np.float32),
+        np.empty((max(ring.left.size, far.left.size) + 1, 2), dtype=np.int64), np.empty((3, EIGHT)),
+        np.zeros((EIGHT, n + 1)), np.zeros((EIGHT, n + 1), dtype=np.float32),
+        np.empty((EIGHT, 3 * widest + 2 * n + 4), dtype=np.float32), np.empty(widest, dtype=np.float32),
     )  # fmt: skip
+    _each(readings, rows, Search(mine, tiles, settings), beyond, ring, far, room_of(widest, lead, n), turn, out)

@@ -23,9 +23,9 @@ _NOUGHT, _ONE, _FOUR, _NEVER = np.float32(0), np.float32(1), np.float32(4), np.f
 
 
 @compiled(inline=True)
-def crowded(single, total, least, tile, cluster, share):
+def crowded(single, total, least, tile, far):
     """Whether a frame's strongest sensors have more of it than any load far away gives them, beside all of `least`."""
-    out = False
+    cluster, share, out = far.cluster, far.share, False
     if share[tile] < 1.0:
         here = np.float32(0)
         for k in range(cluster.shape[1]):
@@ -66,14 +66,14 @@ def _taken(directions, begin, count, wide):
 
 
 @compiled(exact=True, borrows=True)
-def regions_left(singles, wide, asked, tile, table, left, directions, seen, some, kept):
+def regions_left(singles, wide, asked, tile, far, kept):
     """The last regions of which a load may explain enough, into kept (regions, 2), and of which frames: how many.
 
     singles (8, n + 1): readings of eight frames in units of noise, and wide (n, 8) as well where there are less than
     `FEW` sensors; asked (3, 8): their squares added up, what is enough, infinite for a frame that is not asked, and
-    scratch; tile: their strongest sensor, n where it is not sure; some: one region of each frame will do; frames: as
-    bits; the others as of `far.Far`.
+    scratch; tile: their strongest sensor, n where it is not sure; far: a `far.Far`; frames: as bits.
     """
+    table, left, directions, seen = far.table, far.left, far.directions, far.seen
     total, least, until = eight(asked, 0), eight(asked, 8), alike(_NOUGHT)
     until = where(least < _NEVER, until, _NEVER)
     least = least * _ROUNDING
@@ -108,7 +108,7 @@ def regions_left(singles, wide, asked, tile, table, left, directions, seen, some
         if table[i, 3] == 1:
             kept[found, 0], kept[found, 1] = i, may
             found += 1
-            if some:
+            if far.once == 1:
                 until = where(until <= here, _NEVER, until)
                 if answers(until < _NEVER) == 0:
                     break

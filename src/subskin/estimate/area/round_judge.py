@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
+from ..varpro import Ending
 from .judge import FINE
-from .round_climb import round_climb, round_curvature
+from .round_contact import Round, climb, information
 from .scan import taken, within
 
 MORE = 6
@@ -19,76 +20,83 @@ _LEAST = 0.2
 
 
 @compiled(borrows=True)
-def _one(first, other, h, apart):
-    """Whether two tops are one: within a standard deviation, by the information h of the first, or near each other."""
-    dy, dz, dq = other[36] - first[36], other[37] - first[37], other[38] - first[38]
-    far = h[0, 0] * dy * dy + h[1, 1] * dz * dz + h[2, 2] * dq * dq
-    far += 2.0 * (h[0, 1] * dy * dz + h[0, 2] * dy * dq + h[1, 2] * dz * dq)
-    wider = abs(math.sqrt(other[38]) - math.sqrt(first[38]))
+def _one(first, other, apart):
+    """Whether two tops are one: within a standard deviation, by the information of the first, or near each other."""
+    dy, dz, dq, told = other.y - first.y, other.z - first.z, other.q - first.q, information(first)
+    far = told.y_y * dy * dy + told.z_z * dz * dz + told.q_q * dq * dq
+    far += 2.0 * (told.y_z * dy * dz + told.y_q * dy * dq + told.z_q * dz * dq)
+    wider = abs(math.sqrt(other.q) - math.sqrt(first.q))
     return far < 1.0 or (abs(dy) + abs(dz) < apart and wider < apart)
 
 
 @compiled(borrows=True)
-def ranked(tops, count, h, apart):
-    """Best and second-best of the first `count` tops, -1 where there is none; the best one's information into h."""
+def ranked(tops, count, apart):
+    """Best and second-best of the first `count` tops, -1 where there is none."""
     best = second = -1
     for p in range(count):
-        if best < 0 or tops[p, 3] > tops[best, 3]:
+        if best < 0 or tops[p].explained > tops[best].explained:
             best = p
-    if best < 0:
-        return best, second
-    round_curvature(tops[best], h)
     for p in range(count):
-        if (second < 0 or tops[p, 3] > tops[second, 3]) and not _one(tops[best], tops[p], h, apart):
+        if (second < 0 or tops[p].explained > tops[second].explained) and not _one(tops[best], tops[p], apart):
             second = p
     return best, second
 
 
 @compiled(borrows=True)
-def further_tops(w, model, mu, box, away, best, count, room, tops, trial):
+def further_tops(w, model, limits, box, away, best, count, tops, trial):
     """Climb again from four sides of the best top, and from the least and the largest width; how many tops there are.
 
     Few sensors leave pairs of tops near each other.
     """
-    y, z, q = tops[best, 36], tops[best, 37], tops[best, 38]
+    top = tops[best]
+    y, z, q, ending = top.y, top.z, top.q, Ending(FINE, 0.0, 0.0, -math.inf)
     for side in range(MORE):
         to_y = y + (away if side == 0 else -away if side == 1 else 0.0)
         to_z = z + (away if side == 2 else -away if side == 3 else 0.0)
         to_q = box[4] if side == 4 else box[5] if side == 5 else q
         if side < 4 or abs(math.sqrt(to_q) - math.sqrt(q)) > away:
-            round_climb(w, model, mu, box, to_y, to_z, to_q, FINE, room, tops[count], trial)
+            climb(w, model, limits, box, Round(to_y, to_z, to_q), ending, tops[count], trial)
             count += 1
     return count
 
 
+@compiled(inline=True)
+def _moved(fit, best, deviations, moves):
+    """How far a standard deviation of the width moves y, z, N, Ty, Tz and the moment."""
+    over = 1.0 / deviations
+    moves[0], moves[1] = over * (fit.y - best.y), over * (fit.z - best.z)
+    moves[2], moves[3], moves[4] = over * (fit.n - best.n), over * (fit.ty - best.ty), over * (fit.tz - best.tz)
+    moves[5] = over * (fit.moment - best.moment)
+
+
 @compiled(borrows=True)
-def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
+def width_profile(w, model, limits, box, best, only, trials, sides):
     """The 95 % interval of q into sides[:2, 6], and how far the others move with a standard deviation of it, sides[2].
 
-    At each end chi-square is 1.96^2 above the least, all but q fitted anew, or the search for q ends. best: a top; h:
-    its information; only (6,), sides (3, 7): scratch, the last of the others being the moment. False where S is larger
-    at another width: trials[0] is there.
+    At each end chi-square is 1.96^2 above the least, all but q fitted anew, or the search for q ends. best: a top;
+    only (6,), sides (3, 7): scratch, the last of the others being the moment. False where S is larger at another width:
+    trials[0] is there.
     """
-    fit = trials[0]
-    minor = h[0, 0] * h[1, 1] - h[0, 1] * h[0, 1]
-    first, second = h[1, 1] * h[0, 2] - h[0, 1] * h[1, 2], h[0, 0] * h[1, 2] - h[0, 1] * h[0, 2]
-    told = h[2, 2] - (h[0, 2] * first + h[1, 2] * second) / minor
-    q, whole = best[38], box[5] - box[4]
-    reach = _SURE / math.sqrt(told) if told * whole * whole > _SURE2 else whole
+    fit, told = trials[0], information(best)
+    minor = told.y_y * told.z_z - told.y_z * told.y_z
+    first, second = told.z_z * told.y_q - told.y_z * told.z_q, told.y_y * told.z_q - told.y_z * told.y_q
+    alone = told.q_q - (told.y_q * first + told.z_q * second) / minor
+    q, whole, ending = best.q, box[5] - box[4], Ending(0.1 * FINE, 0.0, 0.0, -math.inf)
+    reach = _SURE / math.sqrt(alone) if alone * whole * whole > _SURE2 else whole
     for k in range(4):
         only[k] = box[k]
     shut = 0
     for side in range(2):
         sign, limit = (1.0 if side else -1.0), box[4 + side]
         sides[side, 6], closed, drop = limit, True, 0.0
-        to, y, z = q + sign * reach, best[36], best[37]
+        to, y, z = q + sign * reach, best.y, best.z
         for k in range(6):
             sides[side, k] = 0.0
         for _ in range(_TRIES if limit != q else 0):
             here = min(max(to, box[4]), box[5])
             only[4] = only[5] = here
-            round_climb(w, model, mu, only, y, z, here, 0.1 * FINE, room, fit, trials[1])
-            drop, y, z = best[3] - fit[3], fit[36], fit[37]
+            climb(w, model, limits, only, Round(y, z, here), ending, fit, trials[1])
+            drop, y, z = best.explained - fit.explained, fit.y, fit.z
             if drop < -0.1:
                 return False
             sides[side, 6], closed = here, here == limit and drop < _SURE2
@@ -101,10 +109,7 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
             longer = math.sqrt(_SURE2 / max(drop, _LEAST))
             sides[side, 6] = min(max(q + (sides[side, 6] - q) * longer, box[4]), box[5])
         if limit != q:
-            deviations = sign * (_SURE if closed else math.sqrt(max(drop, _LEAST)))
-            for k in range(6):
-                at = 36 + k if k < 2 else k - 2 if k < 5 else 39
-                sides[side, k] = (fit[at] - best[at]) / deviations
+            _moved(fit, best, sign * (_SURE if closed else math.sqrt(max(drop, _LEAST))), sides[side])
     for k in range(6):  # the side that the search cuts short says less than the other one
         low, high = sides[0, k], sides[1, k]
         larger = high if abs(high) > abs(low) else low
@@ -113,24 +118,25 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
 
 
 @compiled(borrows=True)
-def contact_outside(
-    w, single, model, mu, tiles, nodes, t, widths, least, seen, boxes, box, only, picked, room, c, s, trials
-):  # fmt: skip
+def contact_outside(w, single, model, limits, beyond, t, widths, seen, least, room, trials):
     """Whether S reaches `least` at a side of the search, or beyond, at any width, tried where the scan is over `seen`.
 
-    picked (4, 4): scratch, of each box the best node of the scans: what S may be near it, y, z, q; trials: two fits.
+    widths: the squares that are scanned there; room: a `round_project._RoundRoom`; trials: two fits.
     """
-    index, origin, _, _, shapes = tiles
-    for b in range(4):
+    tiles, nodes, picked, only, box, c, s = (
+        beyond.tiles, beyond.nodes, room.picked, room.only, room.box, room.shares, room.heights
+    )  # fmt: skip
+    index = tiles.table
+    for b in range(4):  # of each box the best node of the scans: what S may be near it, y, z, q
         picked[b, 0] = seen
         picked[b, 3] = -1.0
     for j in range(widths.size):
         e = t + j * (w.size + 1)
-        m, count, start = index[e, 3], index[e, 6], int(origin[e, 0])
+        m, count, start = index[e, 3], index[e, 6], int(tiles.origin[e, 0])
         if count == 0:
             continue
         taken(single, single, tiles, e, c, c)
-        within(shapes[index[e, 4] : index[e, 4] + 9 * m].reshape((9, m)), mu, c, s[:m])
+        within(tiles.shapes[index[e, 4] : index[e, 4] + 9 * m].reshape((9, m)), limits.friction, c, s[:m])
         for p in range(count):
             b = int(nodes[start + p, 2])
             if s[p] >= nodes[start + p, 3] * picked[b, 0]:
@@ -140,9 +146,9 @@ def contact_outside(
     for b in range(4):
         if picked[b, 3] >= 0.0:
             for k in range(4):
-                only[k] = boxes[b, k]
-            y, z, q = picked[b, 1], picked[b, 2], picked[b, 3]
-            round_climb(w, model, mu, only, y, z, q, 0.05, room, trials[0], trials[1])
-            if trials[0, 3] > least:
+                only[k] = beyond.boxes[b, k]
+            at, ending = Round(picked[b, 1], picked[b, 2], picked[b, 3]), Ending(0.05, 0.0, 0.0, -math.inf)
+            climb(w, model, limits, only, at, ending, trials[0], trials[1])
+            if trials[0].explained > least:
                 return True
     return False

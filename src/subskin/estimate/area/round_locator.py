@@ -14,7 +14,10 @@ from ...errors import InvalidValueError
 from ...radial_round import RoundResponse
 from ..frames import sensor_rows
 from ..layout import ROUND, TWIST, Layout
+from . import point
 from .locator import AreaLocator
+from .round_contact import RoundModel
+from .round_project import RoundSearch
 
 __all__ = ["RoundLocator", "model_of"]
 
@@ -86,33 +89,31 @@ class RoundLocator(AreaLocator):
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         array, response = self.array.select(pattern), self.response.select(pattern).separate()
-        (_, first, sums, harmonics, widest, *_), error = _model(response, array)
+        contact, error = _model(response, array)
         low, high = np.square(self.half_width)
         widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
         parts = [partial(self.response.at, float(np.sqrt(q))) for q in widths]
-        cells = int(first[-1]) + 1
-        terms = harmonics if response.table.pair is None else harmonics[:0]
-        shares = np.polynomial.chebyshev.chebvander(2 * widths / response.widest**2 - 1, sums.shape[-1] - 1)
-        tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", sums, shares))
+        cells = int(contact.first[-1]) + 1
+        terms = contact.terms if response.table.pair is None else contact.terms[:0]
+        shares = np.polynomial.chebyshev.chebvander(2 * widths / contact.most - 1, contact.sums.shape[-1] - 1)
+        tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", contact.sums, shares))
         far = [0, -1] if self.wide else [0]
         narrowest = response.at(float(np.sqrt(low)))
-        sensors, first, *rest = self._looked_at(narrowest, parts, far, pattern, cells)
-        limits = np.array([low, high, widest])
-        turns, turned = sums[:0], harmonics[:0]
+        points = point.model_of(narrowest, np.asarray(array.noise), cells, tables[0], terms)
+        tiles, beyond, sizes = self._looked_at(points, parts, far, pattern)
         if self.moment is not None:
             part = self.moment.select(pattern)
             turns, wrong = part.cubics()
             turns = np.ascontiguousarray(turns.reshape(turns.shape[0] * cells, -1, turns.shape[-1]))
-            turned, error = part.table.terms, max(error, wrong)
-        turned = np.ascontiguousarray(turned).astype(np.int64)
-        return (
-            sensor_rows(array), sensors, first, tables, terms, sums, harmonics, turns, turned, *rest,
-             widths, widths[far], limits, self._options(array, narrowest, error),
-        )  # fmt: skip
+            turned = np.ascontiguousarray(part.table.terms).astype(np.int64)
+            contact, error = contact._replace(turns=turns, turned=turned), max(error, wrong)
+        settings = self._settings(array, narrowest, error)
+        search = RoundSearch(contact, points, tables, widths, widths[far], np.array([low, high]), tiles, settings)
+        return sensor_rows(array), search, beyond, sizes
 
 
-def model_of(response: RoundResponse, array: SensorArray) -> tuple[Any, ...]:
-    """What `round_climb` goes by, without a moment.
+def model_of(response: RoundResponse, array: SensorArray) -> RoundModel:
+    """What climbs over round contacts go by, without a moment.
 
     Parameters
     ----------
@@ -124,7 +125,7 @@ def model_of(response: RoundResponse, array: SensorArray) -> tuple[Any, ...]:
     return _model(response, array)[0]
 
 
-def _model(response: RoundResponse, array: SensorArray) -> tuple[tuple[Any, ...], float]:
+def _model(response: RoundResponse, array: SensorArray) -> tuple[RoundModel, float]:
     """As `model_of`, and the error of the tables."""
     response = response.separate()
     (sums, error), table = response.cubics(), response.table
@@ -136,5 +137,7 @@ def _model(response: RoundResponse, array: SensorArray) -> tuple[tuple[Any, ...]
     scale = 1 / np.asarray(array.noise)
     sensors = np.ascontiguousarray(np.stack([*table.points.T, table.depth**-2.0, table.gain * scale]))
     first = np.append(table.kind * cells, cells - 1).astype(np.int64)
-    harmonics = np.ascontiguousarray(harmonics).astype(np.int64)
-    return (sensors, first, sums, harmonics, response.widest**2, sums[:0], harmonics[:0]), error
+    harmonics, none = np.ascontiguousarray(harmonics).astype(np.int64), np.empty((0, 0))
+    return RoundModel(
+        sensors, first, sums, harmonics, response.widest**2, sums[:0], harmonics[:0], none, none, none
+    ), error  # fmt: skip

@@ -69,7 +69,7 @@ def taken(w, v, tiles, t, c, d):
 
     The table is read once for both; one frame may be both. Given are the squares of the readings that count.
     """
-    index, _, near, basis, _ = tiles
+    index, near, basis = tiles.table, tiles.near, tiles.basis
     i0, k, at, m = index[t, 0], index[t, 1], index[t, 2], index[t, 3]
     readings, total, other = c[3 * m :], NOUGHT, NOUGHT
     for i in range(k):

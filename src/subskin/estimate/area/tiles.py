@@ -40,8 +40,9 @@ class Tiles(NamedTuple):
     table (tiles, 8): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
     then rows, and nodes of a row, the last of which is none; how the basis of k sensors lies: 0 (3 nodes / 16, k, 16),
     1 (nodes, 3, k), 2 (nodes / 8, 3, k, 8); origin (tiles, 4): y and z of its first node and both steps, or instead of
-    y the first of `nodes`; near: the sensors that count, k even; shapes (9, nodes): as of `scan.within`. All lie one
-    tile after the other. A sensor that is one more than there are reads nothing.
+    y the first of `nodes`; near: the sensors that count, k even; shapes (9, nodes): as of `scan.within`; sensors (4, k)
+    and first (k + 1,): those of a `PointModel` that count, where they are asked for. All lie one tile after the other.
+    A sensor that is one more than there are reads nothing.
     """
 
     table: npt.NDArray[np.int64]
@@ -49,6 +50,8 @@ class Tiles(NamedTuple):
     near: npt.NDArray[np.int64]
     basis: npt.NDArray[np.float32]
     shapes: npt.NDArray[np.float32]
+    sensors: FloatArray
+    first: npt.NDArray[np.int64]
 
 
 def directions(friction: float) -> FloatArray:
@@ -166,7 +169,9 @@ class _Builder:
         near, basis, shapes = (np.concatenate(part) for part in self.parts)
         single = np.float32
         index = np.array(self.rows, dtype=np.int64)
-        return Tiles(index, np.array(self.origins), near.astype(np.int64), basis.astype(single), shapes.astype(single))
+        none = np.empty(0), np.empty(0, dtype=np.int64)
+        origins, near = np.array(self.origins), near.astype(np.int64)
+        return Tiles(index, origins, near, basis.astype(single), shapes.astype(single), *none)
 
 
 def _near(share: FloatArray) -> npt.NDArray[np.intp]:

@@ -14,9 +14,12 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..area.edge_climb import COLUMNS, SIZE, UNKNOWNS, edge_climb, edge_project
+from ..area.edge import FIT, ROWS, Edge, EdgeModel, climb, information, keep, project
+from ..area.round_contact import in_room
+from ..varpro import Ending, Limits
 from ._area_kernel import log_integral
 
+UNKNOWNS = 5
 _FINE = 0.003
 """What the last step of a climb may gain."""
 _DEEP = 24.0
@@ -57,13 +60,20 @@ def _told(fit, order, box, m, told):
 
     The width and the length are held where they are at an end of the box; the direction is never freer than any.
     """
+    whole, at = information(fit), Edge(fit.y, fit.z, fit.direction, fit.length, fit.q)
+    m[0, 0], m[0, 1], m[0, 2], m[0, 3], m[0, 4] = (
+        whole.y_y, whole.y_z, whole.y_direction, whole.y_length, whole.y_q
+    )  # fmt: skip
+    m[1, 1], m[1, 2], m[1, 3], m[1, 4] = whole.z_z, whole.z_direction, whole.z_length, whole.z_q
+    m[2, 2], m[2, 3], m[2, 4] = whole.direction_direction, whole.direction_length, whole.direction_q
+    m[3, 3], m[3, 4], m[4, 4] = whole.length_length, whole.length_q, whole.q_q
     for j in range(UNKNOWNS):
-        for k in range(UNKNOWNS):
-            m[j, k] = fit[28 + UNKNOWNS * j + k]
+        for k in range(j):
+            m[j, k] = m[k, j]
     for p in range(UNKNOWNS):
         j = order[p]
         told[j] = max(m[j, j], 1e-300)
-        if j > 2 and (fit[23 + j] <= box[2 * j] or fit[23 + j] >= box[2 * j + 1]):
+        if j > 2 and (at[j] <= box[2 * j] or at[j] >= box[2 * j + 1]):
             continue
         over = 1.0 / (told[j] + (_FREE if j == 2 else 0.0))
         for e in range(p + 1, UNKNOWNS):
@@ -112,80 +122,86 @@ def _at_length(fit, box, mu, nodes, weights, m, told, said):
     """Log of the integral over all but the length; mean and variance of the direction at it, into `said` (3,)."""
     _told(fit, (0, 1, 2, 4, 3), box, m, told)
     slope = -m[2, 4] / (told[2] + _FREE)  # of the direction, as the width's square grows
-    _parabola(fit[27], fit[22], told[4], box[8], box[9], True, nodes, weights, said)
+    _parabola(fit.q, fit.by_q, told[4], box[8], box[9], True, nodes, weights, said)
     log = said[0] + _log_turned(told[2])
-    said[1], said[2] = fit[25] + slope * (said[1] - fit[27]), 1.0 / (told[2] + _FREE) + slope * slope * said[2]
-    for j in range(2):
-        for k in range(2):
-            m[j, k] = fit[28 + UNKNOWNS * j + k]
-    said[0] = log + log_integral(fit, m, mu)
+    said[1], said[2] = fit.direction + slope * (said[1] - fit.q), 1.0 / (told[2] + _FREE) + slope * slope * said[2]
+    whole = information(fit)
+    said[0] = log + log_integral(fit, whole.y_y, whole.y_z, whole.z_z, mu)
+
+
+@compiled(inline=True)
+def _set(fit, at):
+    """The unknowns of a fit into `at` (5,)."""
+    at[0], at[1], at[2], at[3], at[4] = fit.y, fit.z, fit.direction, fit.length, fit.q
 
 
 @compiled()
-def _best_tops(w, model, mu, box, y, z, room, tops, trial, scan, start):
+def _best_tops(w, model, limits, box, y, z, tops, scan):
     """The best edges near (y, z) in tops[0]."""
     low, high = box[6], box[7]
     for p in range(_TURNS):
         scan[p, 0] = -1.0
         for length in range(2):
-            start[0], start[1], start[2] = y, z, math.pi * p / _TURNS
-            start[3] = low + (0.2 + 0.5 * length) * (high - low)
-            start[4] = box[8] + 0.3 * (box[9] - box[8])
-            edge_project(w, model, mu, start, room, trial)
-            if trial[3] > scan[p, 0]:
-                scan[p, 0], scan[p, 1] = trial[3], start[3]
-    tops[0, 3] = -1.0
+            long, q = low + (0.2 + 0.5 * length) * (high - low), box[8] + 0.3 * (box[9] - box[8])
+            project(w, model, limits, Edge(y, z, math.pi * p / _TURNS, long, q), tops[3])
+            if tops[3].explained > scan[p, 0]:
+                scan[p, 0], scan[p, 1] = tops[3].explained, long
+    tops[0].explained = -1.0
     for _ in range(_TOPS):
         p = 0
         for e in range(1, _TURNS):
             if scan[e, 0] > scan[p, 0]:
                 p = e
-        start[0], start[1], start[2], start[3] = y, z, math.pi * p / _TURNS, scan[p, 1]
-        edge_climb(w, model, mu, box, start, _FINE, room, tops[1], trial)
-        if tops[1, 3] > tops[0, 3]:
-            for k in range(SIZE):
-                tops[0, k] = tops[1, k]
+        start = Edge(y, z, math.pi * p / _TURNS, scan[p, 1], box[8] + 0.3 * (box[9] - box[8]))
+        climb(w, model, limits, box, start, Ending(_FINE, 0.0, 0.0, -math.inf), tops[1], tops[3])
+        if tops[1].explained > tops[0].explained:
+            keep(tops[1], tops[0])
         for e in (p, (p + 1) % _TURNS, (p + _TURNS - 1) % _TURNS):
             scan[e, 0] = -2.0
 
 
 @compiled()
-def _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fit, trial, told, start, last, said):
-    """As `_at_length`, over all lengths; all of the box but its lengths is in `only`."""
-    m, low, high, length = room[3], box[6], box[7], best[26]
+def _over_lengths(w, model, limits, box, rule, fits, room, said):
+    """As `_at_length`, over all lengths; all of the box but its lengths is in the room's."""
+    (nodes, weights), (m, told, only, start, last) = rule, room
+    best, fit, mu = fits[0], fits[2], limits.friction
+    low, high, length = box[6], box[7], best.length
     _told(best, (0, 1, 2, 4, 3), box, m, told)
     long, largest, total, first, second = told[3], -math.inf, 0.0, 0.0, 0.0
     for side in range(2):
         end = high if side else low
-        pull = abs(best[21]) if end != length else 0.0
+        pull = abs(best.by_length) if end != length else 0.0
         to = min(length + _reach(pull, long), end) if side else max(length - _reach(pull, long), end)
         if to == length:
             continue
         before = length
-        for k in range(UNKNOWNS):
-            start[k] = last[k] = best[23 + k]
+        _set(best, start)
+        _set(best, last)
         for k in range(nodes.size):
             only[6] = only[7] = here = length + (to - length) * nodes[k]
-            edge_climb(w, model, mu, only, start, _FINE, room, fit, trial)
+            at = Edge(start[0], start[1], start[2], start[3], start[4])
+            climb(w, model, limits, only, at, Ending(_FINE, 0.0, 0.0, -math.inf), fit, fits[3])
             _at_length(fit, only, mu, nodes, weights, m, told, said)
             ahead = length + (to - length) * nodes[min(k + 1, nodes.size - 1)]
+            _set(fit, start)
             for j in range(UNKNOWNS):  # on along the valley
-                start[j] = fit[23 + j] + (fit[23 + j] - last[j]) * (ahead - here) / (here - before)
-                last[j] = fit[23 + j]
+                step = start[j] - last[j]
+                last[j] = start[j]
+                start[j] += step * (ahead - here) / (here - before)
             before = here
             if said[0] > largest:
                 kept = math.exp(largest - said[0]) if total > 0.0 else 0.0
                 total, first, second, largest = total * kept, first * kept, second * kept, said[0]
             if said[0] > -math.inf:
                 share = weights[k] * abs(to - length) / (high - low) * math.exp(said[0] - largest)
-                turn = said[1] - best[25]
+                turn = said[1] - best.direction
                 total += share
                 first += share * turn
                 second += share * (turn * turn + said[2])
     if not total > 0.0:
         said[0] = -math.inf
         return
-    said[0], said[1] = largest + math.log(total), best[25] + first / total
+    said[0], said[1] = largest + math.log(total), best.direction + first / total
     said[2] = second / total - (first / total) ** 2
 
 
@@ -193,17 +209,15 @@ def _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fit, tria
 def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
     """Fill out (f, 11): as `weigh_kind`, then half length, direction and its standard error.
 
-    frames, nodes, weights: as of `weigh_kind`; found (f, 2): y, z of a contact near by, or (f, 4), then the direction
-    and the half length of an edge; model, box: as of `edge_climb`; floor (f,): log of another kind's evidence.
+    frames, nodes, weights: as of `weigh_kind`; found (f, 2): y, z of a contact near by, or (f, 4), then the
+    direction and the half length of an edge; model: as of `edge`, without its scratch; box (10,): ends of its
+    unknowns; floor (f,): log of another kind's evidence.
     """
-    n, sums = frames.shape[1], model[2]
-    room = (
-        np.empty((2, sums.shape[2])), np.empty((sums.shape[1] // 4, 3)), np.empty((COLUMNS, n)),
-        np.empty((UNKNOWNS, UNKNOWNS + 1)), np.empty(2 * UNKNOWNS), np.empty(UNKNOWNS),
-    )  # fmt: skip
-    fits, only, told, said = np.empty((4, SIZE)), box.copy(), np.empty(UNKNOWNS), np.empty(3)
-    scan, start, last = np.empty((_TURNS, 2)), np.empty(UNKNOWNS), np.empty(UNKNOWNS)
-    best = fits[0]
+    contact, limits, rule = in_room(model.contact), Limits(mu, 0.0, math.inf), (nodes, weights)
+    mine = EdgeModel(contact, model.rules, model.depth, model.digits, np.empty((ROWS, frames.shape[1])))
+    fits, told, said, scan = np.empty(4, FIT), np.empty(UNKNOWNS), np.empty(3), np.empty((_TURNS, 2))
+    m, room = np.empty((UNKNOWNS, UNKNOWNS)), np.empty((2, UNKNOWNS))
+    whole, best = (m, told, box.copy(), room[0], room[1]), fits[0]
     for f in range(frames.shape[0]):
         w, row = frames[f], out[f]
         for k in range(row.size):
@@ -213,21 +227,19 @@ def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
         if not math.isfinite(y):
             continue
         if found.shape[1] == 2:
-            _best_tops(w, model, mu, box, y, z, room, fits, fits[3], scan, start)
+            _best_tops(w, mine, limits, box, y, z, fits, scan)
         else:
-            start[0], start[1], start[2], start[3], start[4] = y, z, found[f, 2], found[f, 3], box[8]
-            edge_climb(w, model, mu, box, start, _FINE, room, best, fits[3])
-        _at_length(best, box, mu, nodes, weights, room[3], told, said)
+            at = Edge(y, z, found[f, 2], found[f, 3], box[8])
+            climb(w, mine, limits, box, at, Ending(_FINE, 0.0, 0.0, -math.inf), best, fits[3])
+        _at_length(best, box, mu, nodes, weights, m, told, said)
         log, turn, spread = said[0], said[1], said[2]
-        _parabola(best[26], best[21], told[3], box[6], box[7], False, nodes, weights, said)
+        _parabola(best.length, best.by_length, told[3], box[6], box[7], False, nodes, weights, said)
         said[0], said[1], said[2] = said[0] + log, turn, spread
         if box[7] > box[6] and said[0] > floor[f] - _FAR:
-            _over_lengths(
-                w, model, mu, box, only, best, nodes, weights, room, fits[2], fits[3], told, start, last, said
-            )
+            _over_lengths(w, mine, limits, box, rule, fits, whole, said)
         row[0], row[1], row[2], row[3], row[7], row[8] = (
-            said[0], best[17], best[23], best[24], math.sqrt(best[27]), best[26],
+            said[0], best.left, best.y, best.z, math.sqrt(best.q), best.length,
         )  # fmt: skip
-        row[4], row[5], row[6] = best[0], best[1], best[2]
+        row[4], row[5], row[6] = best.n, best.ty, best.tz
         turn = said[1] % math.pi
         row[9], row[10] = turn if turn < math.pi else 0.0, min(math.sqrt(said[2]), _ANY)

@@ -15,9 +15,11 @@ from ...contact.families import local_family_of
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...radial_round import tabulate_round
+from ..area.edge import EdgeModel
 from ..area.locator import search_of
 from ..area.observable import refuse_blind
 from ..area.round_locator import RoundLocator, model_of
+from ..area.settings import Settings
 from ..estimate import Status
 from ..frames import Framewise
 from .columns import LOCAL, STATUS
@@ -148,7 +150,7 @@ class AreaEvidence(Framewise):
         ]
         spare = np.array([len(array) - self.kinds[i].unknowns(self.friction) for i in self._single])
         most = np.array([float(chdtri(max(k, 1), self._false_alarm)) for k in spare])
-        edges = [model for j, model in enumerate(models) if self._kind(j).family == STRETCH]
+        edges = [model for model in models if isinstance(model, EdgeModel)]
         pairs = pair_models(edges[0]) if edges and self._none >= 0 else []
         return array, pattern, models, pairs, np.maximum(spare, 0), most
 
@@ -157,8 +159,8 @@ class AreaEvidence(Framewise):
         frames: FloatArray,
         array: Any,
         pattern: npt.NDArray[np.bool_],
-        models: list[tuple[Any, ...]],
-        pairs: list[tuple[Any, ...]],
+        models: list[Any],
+        pairs: list[Any],
         spare: npt.NDArray[np.intp],
         most: FloatArray,
         out: FloatArray,
@@ -236,7 +238,7 @@ class AreaEvidence(Framewise):
         edges = np.stack([part for j, part in enumerate(parts) if self._kind(j).family == STRETCH])
         return np.asarray(edges[edges[:, :, 0].argmax(axis=0), np.arange(edges.shape[1])])
 
-    def _of_pairs(self, w: FloatArray, edge: FloatArray, pairs: list[tuple[Any, ...]], rule: FloatArray) -> FloatArray:
+    def _of_pairs(self, w: FloatArray, edge: FloatArray, pairs: list[Any], rule: FloatArray) -> FloatArray:
         """Log of the evidence of two touches that read like an edge, about those of its second moment."""
         from ._edge_kernel import weigh_edge
 
@@ -253,10 +255,8 @@ class AreaEvidence(Framewise):
 class _Loose(RoundLocator):
     """Finds the nearest sphere, however little it explains."""
 
-    def _options(self, array: Any, response: Any, error: float) -> FloatArray:
-        options = super()._options(array, response, error)
-        options[2] = 1e300
-        return options
+    def _settings(self, array: Any, response: Any, error: float, told: float = np.inf) -> Settings:
+        return super()._settings(array, response, error, told)._replace(largest=1e300)
 
 
 def _rule(count: int) -> FloatArray:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...radial_round import RoundResponse
-from ..area.edge_climb import FEWEST
+from ..area.edge import FEWEST, EdgeModel
 from ..area.round_locator import model_of
 from .kind import Kind
 
@@ -26,8 +25,8 @@ _FORCES = (0.5, 0.3, 0.7)
 """Of two touches, the share of the force on the first."""
 
 
-def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> tuple[Any, ...]:
-    """What `edge_climb` goes by.
+def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> EdgeModel:
+    """What climbs over edges go by.
 
     Parameters
     ----------
@@ -38,7 +37,7 @@ def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> tuple
     kind : Kind
         An edge's half widths and half lengths.
     """
-    sensors, first, sums, terms, widest, *_ = model_of(response, array)
+    contact = model_of(response, array)
     depth = float(np.asarray(array.depth).min())
     most = max(kind.half_width[1], _NARROW * depth) ** 2
     # readings are analytic as near as the sensors are deep: so fast does Gauss's rule along the edge converge
@@ -47,15 +46,16 @@ def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> tuple
     rules = np.zeros((largest + 1, 2, largest))
     for count in range(1, largest + 1):
         rules[count, :, :count] = np.polynomial.legendre.leggauss(count)
-    return sensors, first, _powers(sums, widest, most), terms, most, rules, depth, digits
+    narrow = contact._replace(sums=_powers(contact.sums, contact.most, most), most=most)
+    return EdgeModel(narrow, rules, depth, digits, np.empty((0, 0)))
 
 
-def pair_models(model: tuple[Any, ...]) -> list[tuple[Any, ...]]:
+def pair_models(model: EdgeModel) -> list[EdgeModel]:
     """The same of two touches, in place of an edge's two ends, about the middle of their force.
 
     Parameters
     ----------
-    model : tuple
+    model : EdgeModel
         That of an edge, as of `edge_model`.
     """
     found = []
@@ -63,7 +63,7 @@ def pair_models(model: tuple[Any, ...]) -> list[tuple[Any, ...]]:
         middle = 1 - 2 * share
         rules = np.zeros((3, 2, 2))
         rules[2] = [[-1 - middle, 1 - middle], [2 * share, 2 - 2 * share]]
-        found.append((*model[:5], rules, *model[6:]))
+        found.append(model._replace(rules=rules))
     return found
 
 
