@@ -8,7 +8,7 @@ import pytest
 import subskin as ss
 from subskin._compiled import compiled
 from subskin.estimate.area.fall import LANES, ROUND, beyond_near, falls
-from subskin.estimate.area.point import FIT, ROWS, Point, climb
+from subskin.estimate.area.point import FIT, ROWS, Point, PointModel, climb
 from subskin.estimate.varpro import Ending, Limits
 
 BOX = np.array([-5.0, 5.0, -5.0, 5.0])
@@ -25,7 +25,7 @@ def case(kind, friction, angle=0.3, noise=0.0, deepest=1.0):
     tip = ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
     load = ss.PointLoad(force=1.0, angle=angle, azimuth=0.7, position=(0.2, -0.3))
     locator = tip.locator()
-    model = locator._prepare(np.ones(16, dtype=bool))[1]
+    model = PointModel(*locator._prepare(np.ones(16, dtype=bool))[1])
     w = np.asarray(tip.read(load)) * 1e3 + noise * np.random.default_rng(5).normal(size=16)
     scratch, fits = np.zeros((ROWS, 17)), np.zeros(2, FIT)
     model = model._replace(rows=scratch, bits=scratch.view(np.int64))

@@ -21,7 +21,7 @@ from ..varpro import Limits
 from .alike import least_told_apart
 from .far import INNER, far_from, nodes_of
 from .point import PointModel, model_of
-from .settings import Beyond, Settings
+from .settings import Beyond, Settings, plain
 from .tiles import Response, SomeSensors, Tiles, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
@@ -160,7 +160,7 @@ class AreaLocator(Framewise):
         least = least_told_apart(seen, array.points, 1 / np.asarray(array.noise), self._depth, self.friction)
         settings = self._settings(array, response, error, least if least < _ALIKE else np.inf)
         beyond = beyond._replace(held=held, members=members)
-        return sensor_rows(array), model, tiles, beyond, ring, far, sizes, settings
+        return sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
 
     def _far(
         self, response: Response, array: SensorArray, inner: FloatArray, outer: FloatArray, nodes: FloatArray

@@ -20,15 +20,17 @@ from ..._check import FloatArray
 from ..._compiled import compiled
 from ..._lanes import EIGHT, fetch
 from ..layout import AREA
-from ..varpro import Ending
+from ..varpro import Ending, Limits
 from .fall import LANES
+from .far import Far
 from .judge import FINE, MOST, beside, is_broad, look_round, outside, unsure, widest_variance
 from .order import by_strongest, whitened
 from .point import FIT, ROWS, Point, PointModel, climb, covariance
 from .reach import FEW as LANED
 from .reach import crowded, regions_left
 from .scan import taken
-from .settings import Room, Search
+from .settings import Beyond, Room, Search, Settings
+from .tiles import Tiles
 from .tops import nearby, tops_of
 
 FEW, _AGAIN = 4, 3
@@ -237,6 +239,22 @@ def _each(readings, rows, search, beyond, ring, far, room, scratch, out):
 
 
 @compiled(inline=True)
+def named_settings(settings):
+    """Settings that came without their names."""
+    limits, detection, largest, ambiguity, apart, broad, strong, curved, smallest, box, error, told = settings
+    return Settings(
+        Limits(*limits), detection, largest, ambiguity, apart, broad, strong, curved, smallest, box, error, told
+    )  # fmt: skip
+
+
+@compiled(inline=True)
+def named_beyond(beyond):
+    """What is beyond, that came without its names."""
+    tiles, nodes, boxes, held, members = beyond
+    return Beyond(Tiles(*tiles), nodes, boxes, held, members)
+
+
+@compiled(inline=True)
 def room_of(widest, lead, n):
     """Scratch for a search in tiles of so many nodes, in rows of so many."""
     heights = np.empty(widest + 2 * lead, dtype=np.float32)
@@ -254,18 +272,21 @@ def project_frames(readings, rows, model, tiles, beyond, ring, far, sizes, setti
 
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; model: without its scratch;
     tiles: of the search; beyond: of what is outside it; ring, far: `Far` of the search but its part over the sensors,
-    and of what is beyond; sizes: most nodes, and the longest row of all tiles.
+    and of what is beyond; sizes: most nodes, and the longest row of all tiles. All of these without their names, as of
+    `settings.plain`.
     """
     n, (widest, lead) = readings.shape[1], (sizes[0], sizes[1])
-    scratch = np.empty((ROWS, n + 1))
-    mine = PointModel(model.sensors, model.first, model.table, model.terms, scratch, scratch.view(np.int64))
+    scratch, its = np.empty((ROWS, n + 1)), PointModel(*model)
+    mine = PointModel(its.sensors, its.first, its.table, its.terms, scratch, scratch.view(np.int64))
+    inner, outer, known = Far(*ring), Far(*far), named_settings(settings)
     turns = np.empty((2, readings.shape[0] + n + 2), dtype=np.int64)
     hot, order, start = turns[0, n + 2 :], turns[1, n + 2 :], turns[0, : n + 2]
-    by_strongest(readings, rows, settings.strong, hot, start, order)
+    by_strongest(readings, rows, known.strong, hot, start, order)
     turn = _Turn(
         hot, order, np.zeros((n, EIGHT), dtype=np.float32), np.zeros((3, EIGHT), dtype=np.float32),
-        np.empty((max(ring.left.size, far.left.size) + 1, 2), dtype=np.int64), np.empty((3, EIGHT)),
+        np.empty((max(inner.left.size, outer.left.size) + 1, 2), dtype=np.int64), np.empty((3, EIGHT)),
         np.zeros((EIGHT, n + 1)), np.zeros((EIGHT, n + 1), dtype=np.float32),
         np.empty((EIGHT, 3 * widest + 2 * n + 4), dtype=np.float32), np.empty(widest, dtype=np.float32),
     )  # fmt: skip
-    _each(readings, rows, Search(mine, tiles, settings), beyond, ring, far, room_of(widest, lead, n), turn, out)
+    search = Search(mine, Tiles(*tiles), known)
+    _each(readings, rows, search, named_beyond(beyond), inner, outer, room_of(widest, lead, n), turn, out)

@@ -18,6 +18,7 @@ from . import point
 from .locator import AreaLocator
 from .round_contact import RoundModel
 from .round_project import RoundSearch
+from .settings import plain
 
 __all__ = ["RoundLocator", "model_of"]
 
@@ -109,7 +110,7 @@ class RoundLocator(AreaLocator):
             contact, error = contact._replace(turns=turns, turned=turned), max(error, wrong)
         settings = self._settings(array, narrowest, error)
         search = RoundSearch(contact, points, tables, widths, widths[far], np.array([low, high]), tiles, settings)
-        return sensor_rows(array), search, beyond, sizes
+        return sensor_rows(array), plain(search), plain(beyond), sizes
 
 
 def model_of(response: RoundResponse, array: SensorArray) -> RoundModel:

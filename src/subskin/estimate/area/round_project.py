@@ -23,7 +23,7 @@ from .judge import FINE, MOST, is_broad, look_round, unsure, widest_variance
 from .order import strongest, whitened
 from .point import ROWS, Point, PointModel, covariance
 from .point import climb as climb_point
-from .project import FEW, MOST_CHI2, room_of
+from .project import FEW, MOST_CHI2, named_beyond, named_settings, room_of
 from .round_contact import FIT, MOMENT, Round, RoundModel, at_width, climb, in_room, keep, project
 from .round_judge import MORE, contact_outside, further_tops, ranked, width_profile
 from .scan import taken
@@ -389,16 +389,16 @@ def _each(readings, rows, search, beyond, model, room, mine, at, out):
 def project_round(readings, rows, search, beyond, sizes, out):
     """Fill `out`, one row a frame, as `project.project_frames` does, in the columns of `ROUND`, or of `TWIST`.
 
-    search: a `RoundSearch` without the scratch of its models; sizes: as of `project_frames`.
+    search: a `RoundSearch` without the scratch of its models; sizes: as of `project_frames`; without their names.
     """
     n, (widest, lead) = readings.shape[1], (sizes[0], sizes[1])
-    points, contact, ends = search.points, in_room(search.contact), search.settings.box
-    scratch, single, widths = np.empty((ROWS, n + 1)), np.zeros(n + 1, dtype=np.float32), search.widths.size
+    its_contact, its_points, tables, squares, far, both, tiles, settings = search
+    known = named_settings(settings)
+    points, contact, ends = PointModel(*its_points), in_room(RoundModel(*its_contact)), known.box
+    scratch, single, widths = np.empty((ROWS, n + 1)), np.zeros(n + 1, dtype=np.float32), squares.size
     mine = PointModel(points.sensors, points.first, points.table, points.terms, scratch, scratch.view(np.int64))
-    known = RoundSearch(
-        contact, mine, search.tables, search.widths, search.far, search.ends, search.tiles, search.settings
-    )  # fmt: skip
-    box = np.array([ends[0], ends[1], ends[2], ends[3], search.ends[0], search.ends[1]])
+    whole = RoundSearch(contact, mine, tables, squares, far, both, Tiles(*tiles), known)
+    box = np.array([ends[0], ends[1], ends[2], ends[3], both[0], both[1]])
     own = _RoundRoom(
         np.zeros(n + 1), single, single.view(np.int32), np.empty(n + 1),
         np.empty(3 * widest + 2 * n + 4, dtype=np.float32), np.empty(widest, dtype=np.float32),
@@ -407,4 +407,4 @@ def project_round(readings, rows, search, beyond, sizes, out):
         np.zeros((3, 7)), np.empty(_POINT_COLUMNS),
     )  # fmt: skip
     at = _TWISTED if contact.turned.shape[0] > 0 else _PLAIN
-    _each(readings, rows, known, beyond, contact, room_of(widest, lead, n), own, at, out)
+    _each(readings, rows, whole, named_beyond(beyond), contact, room_of(widest, lead, n), own, at, out)
