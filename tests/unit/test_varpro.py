@@ -155,7 +155,7 @@ def loops_square(told, names):
 @pytest.mark.parametrize("free", ["", "m"])
 @pytest.mark.parametrize(("f", "p"), SHAPES)
 def test_a_climb_ends_at_the_top_within_the_box(f, p, free, made):
-    loops, model, fit, trial, rng, at = made(f, p, free, looks=True)
+    loops, model, fit, trial, rng, at = made(f, p, free)
     truth = rng.uniform(-0.3, 0.3, p)
     waves(model, truth)
     force, cone = np.array([2.0, 0.3, -0.4])[:f], Limits(0.7)

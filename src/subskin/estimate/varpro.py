@@ -372,7 +372,7 @@ def kernel(
     free: str = "",
     *,
     bent: bool = False,
-    looks: bool = False,
+    looks: bool = True,
     **longest: float,
 ) -> Kernel:
     """The loops of a kind, made of one template; compiled when they are first called, and kept beside its module.
@@ -390,7 +390,7 @@ def kernel(
     bent : bool, optional
         Whether the field gives second slopes.
     looks : bool, optional
-        Whether a climb looks where its last step ends if something binds the components, and else stays where it is.
+        Whether a climb looks where its last step ends if something binds the components; else it stays where it is.
     longest : float, optional
         By the name of an unknown, the most that a step changes it.
     """

@@ -78,4 +78,4 @@ def edge_field(model, at):
                 b[_Q + row, i] += share * one[BY_Q + row, i]
 
 
-FIT, project, slopes, information, keep, climb, covariance = kernel(Edge, edge_field, looks=True, direction=0.5)
+FIT, project, slopes, information, keep, climb, covariance = kernel(Edge, edge_field, direction=0.5)

@@ -170,4 +170,4 @@ def point_field(model, at):
         _pair(rows, i, rows[_DY, i], rows[_DZ, i], f, f_slope, g, g_slope)
 
 
-FIT, project, slopes, information, keep, climb, covariance = kernel(Point, point_field)
+FIT, project, slopes, information, keep, climb, covariance = kernel(Point, point_field, looks=False)

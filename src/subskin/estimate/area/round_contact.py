@@ -133,4 +133,4 @@ def round_field(model, at):
         add_field(model, model.turns, model.turned, at.y, at.z, rows[MOMENT:], 1)
 
 
-FIT, project, slopes, information, keep, climb, covariance = kernel(Round, round_field, free="moment", looks=True)
+FIT, project, slopes, information, keep, climb, covariance = kernel(Round, round_field, free="moment")
