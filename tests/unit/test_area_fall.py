@@ -57,7 +57,7 @@ def quick(w, model, friction, fits, lanes, reach=2.5, box=BOX):
     return lanes[:8].copy(), fits[1].copy()
 
 
-def place(fit):
+def where_is(fit):
     return np.array([fit["y"], fit["z"]])
 
 
@@ -70,7 +70,7 @@ def by_numpy(response, w, fit, friction, reach=2.5):
     """Falls of S at the same positions: least squares, or the best of a fine turn of the cone where it binds."""
     out = []
     for away in moves(reach):
-        a = response(place(fit) + away) * 1e3
+        a = response(where_is(fit) + away) * 1e3
         force = np.linalg.lstsq(a, w, rcond=None)[0]
         if force[0] < 0 or np.hypot(*force[1:]) > friction * force[0]:
             turns = np.linspace(0, 2 * np.pi, 20001)
@@ -97,7 +97,7 @@ def test_falls_are_those_of_least_squares(kind, deepest, friction, angle):
     found, best = quick(w, model, friction, fits, np.zeros(LANES))
     np.testing.assert_allclose(found, by_numpy(response, w, fit, friction), rtol=5e-4, equal_nan=False)
     highest = np.argmin(found)
-    np.testing.assert_allclose(place(best), place(fit) + moves(2.5)[highest], rtol=1e-12, equal_nan=False)
+    np.testing.assert_allclose(where_is(best), where_is(fit) + moves(2.5)[highest], rtol=1e-12, equal_nan=False)
     assert best["explained"] == fit["explained"] - found[highest]
 
 
@@ -122,7 +122,7 @@ def test_sensors_left_out_count_as_at_the_top():
     beyond_near_of(w[NEAR], near, Limits(1.0), fits, lanes)
     found, _ = quick(w[NEAR], near, 1.0, fits, lanes)
     force = np.array([fit[name] for name in ("n", "ty", "tz")])
-    top, others = place(fit), np.setdiff1d(np.arange(16), NEAR)
+    top, others = where_is(fit), np.setdiff1d(np.arange(16), NEAR)
     at_top = response(top) * 1e3
     steep = np.einsum("nfd,f->nd", response.slopes(top) * 1e3, force)
     for k, away in enumerate(moves(2.5)):

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 import subskin as ss
 from subskin.contact import local_families
 from subskin.errors import GeometryError, InvalidValueError
-from subskin.estimate.area.round_contact import ROWS, Round, RoundModel, round_field
+from subskin.estimate.area.round_contact import ROWS, RoundAt, RoundModel, round_field
 from subskin.radial_round import tabulate_round
 from subskin.transducer import ShearStrain
 
@@ -103,7 +103,7 @@ def test_compiled_columns_and_slopes_are_those_of_the_table(finger, pair):
     size = np.abs(part(np.zeros(2))).max()
     for y, z, a in np.random.default_rng(0).uniform(-1.4 * D, 1.4 * D, (5, 3)):
         square, h = a * a, 1e-4 * D
-        round_field(model, Round(y, z, square))
+        round_field(model, RoundAt(y, z, square))
 
         def at(dy=0.0, dz=0.0, dq=0.0, y=y, z=z, square=square):
             return table.at(np.sqrt(square + dq))((y + dy, z + dz)).T

@@ -30,7 +30,6 @@ TO_DO = {
     "estimate/area/scan.py",
     "estimate/area/tops.py",
     "estimate/climb.py",
-    "estimate/cone.py",
     "estimate/evidence/_area_kernel.py",
     "estimate/evidence/_edge_kernel.py",
     "estimate/evidence/_integrals.py",

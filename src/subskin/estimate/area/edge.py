@@ -24,7 +24,7 @@ _TURN, _LENGTH, _Q = 9, 12, 15
 """Rows at which slopes in these begin."""
 
 
-class Edge(NamedTuple):
+class EdgeAt(NamedTuple):
     """The middle of an edge [m], its direction [rad], half length [m], and the square of its half width [m2]."""
 
     y: float
@@ -78,4 +78,4 @@ def edge_field(model, at):
                 b[_Q + row, i] += share * one[BY_Q + row, i]
 
 
-FIT, project, slopes, information, keep, climb, covariance = kernel(Edge, edge_field, direction=0.5)
+FIT, project, slopes, information, keep, climb, covariance = kernel(EdgeAt, edge_field, direction=0.5)

@@ -29,7 +29,7 @@ from .point import FIT, ROWS, Point, PointModel, climb, covariance
 from .reach import FEW as LANED
 from .reach import crowded, regions_left
 from .scan import taken
-from .settings import Beyond, Room, Search, Settings
+from .settings import Beyond, Scratch, Search, Settings
 from .tiles import Tiles
 from .tops import nearby, tops_of
 
@@ -55,7 +55,7 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
     """
     n, settings, tiles, fits, more, trial = w.size, search.settings, search.tiles, room.fits, room.more, room.trials[0]
     limits, box, model = settings.limits, settings.box, search.model
-    fine, place = Ending(FINE, settings.smallest, 0.0, -math.inf), row[_COVARIANCE:]
+    fine, spread_of = Ending(FINE, settings.smallest, 0.0, -math.inf), row[_COVARIANCE:]
     base = tiles.table.shape[0] - n - 2  # tiles that are looked at first, where there are any
     best = second = -1
     left = bound = settings.largest
@@ -90,11 +90,11 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
     more[0] = more[1] = more[2] = 0.0
     few = n <= _TINY or explained * settings.told < _TOLD
     if few:
-        covariance(fits[best], limits, more, place)
+        covariance(fits[best], limits, more, spread_of)
         best, second = beside(w, search, room, best, second, row)
     fit, status, shape = fits[best], _OK, 0
     for _ in range(_AGAIN):
-        covariance(fit, limits, more, place)
+        covariance(fit, limits, more, spread_of)
         spread = widest_variance(row)
         if not (settings.curved * settings.curved < spread < settings.broad * settings.broad * 100.0):
             break
@@ -106,7 +106,7 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
         climb(w, model, limits, box, Point(higher.y, higher.z), fine, fit, trial)
         more[0] = more[1] = more[2] = 0.0
     if more[0] != 0.0 or shape < 0:
-        covariance(fit, limits, more, place)
+        covariance(fit, limits, more, spread_of)
     explained, row[_RESIDUAL] = fit.explained, fit.left
     row[0], row[1] = fit.y, fit.z
     row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = fit.n, fit.ty, fit.tz
@@ -261,7 +261,7 @@ def room_of(widest, lead, n):
     for p in range(lead):
         heights[p] = np.float32(-1)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty(MOST + 6, FIT), np.empty(2, FIT)
-    return Room(
+    return Scratch(
         lead, heights, np.empty(n + 1), score, at, fits, trials, np.empty(LANES), np.empty(8), np.empty(3), np.zeros(3)
     )
 

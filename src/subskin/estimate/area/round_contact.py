@@ -26,7 +26,7 @@ BY_Q, MOMENT = 9, 12
 """Rows at which slopes in q begin, and those of a moment."""
 
 
-class Round(NamedTuple):
+class RoundAt(NamedTuple):
     """Where a contact presses [m], and the square of its half width [m2]."""
 
     y: float
@@ -133,4 +133,4 @@ def round_field(model, at):
         add_field(model, model.turns, model.turned, at.y, at.z, rows[MOMENT:], 1)
 
 
-FIT, project, slopes, information, keep, climb, covariance = kernel(Round, round_field, free="moment")
+FIT, project, slopes, information, keep, climb, covariance = kernel(RoundAt, round_field, free="moment")

@@ -7,7 +7,7 @@ import math
 from ..._compiled import compiled
 from ..varpro import Ending
 from .judge import FINE
-from .round_contact import Round, climb, information
+from .round_contact import RoundAt, climb, information
 from .scan import taken, within
 
 MORE = 6
@@ -55,7 +55,7 @@ def further_tops(w, model, limits, box, away, best, count, tops, trial):
         to_z = z + (away if side == 2 else -away if side == 3 else 0.0)
         to_q = box[4] if side == 4 else box[5] if side == 5 else q
         if side < 4 or abs(math.sqrt(to_q) - math.sqrt(q)) > away:
-            climb(w, model, limits, box, Round(to_y, to_z, to_q), ending, tops[count], trial)
+            climb(w, model, limits, box, RoundAt(to_y, to_z, to_q), ending, tops[count], trial)
             count += 1
     return count
 
@@ -95,7 +95,7 @@ def width_profile(w, model, limits, box, best, only, trials, sides):
         for _ in range(_TRIES if limit != q else 0):
             here = min(max(to, box[4]), box[5])
             only[4] = only[5] = here
-            climb(w, model, limits, only, Round(y, z, here), ending, fit, trials[1])
+            climb(w, model, limits, only, RoundAt(y, z, here), ending, fit, trials[1])
             drop, y, z = best.explained - fit.explained, fit.y, fit.z
             if drop < -0.1:
                 return False
@@ -147,7 +147,7 @@ def contact_outside(w, single, model, limits, beyond, t, widths, seen, least, ro
         if picked[b, 3] >= 0.0:
             for k in range(4):
                 only[k] = beyond.boxes[b, k]
-            at, ending = Round(picked[b, 1], picked[b, 2], picked[b, 3]), Ending(0.05, 0.0, 0.0, -math.inf)
+            at, ending = RoundAt(picked[b, 1], picked[b, 2], picked[b, 3]), Ending(0.05, 0.0, 0.0, -math.inf)
             climb(w, model, limits, only, at, ending, trials[0], trials[1])
             if trials[0].explained > least:
                 return True

@@ -24,7 +24,7 @@ from .order import strongest, whitened
 from .point import ROWS, Point, PointModel, covariance
 from .point import climb as climb_point
 from .project import FEW, MOST_CHI2, named_beyond, named_settings, room_of
-from .round_contact import FIT, MOMENT, Round, RoundModel, at_width, climb, in_room, keep, project
+from .round_contact import FIT, MOMENT, RoundAt, RoundModel, at_width, climb, in_room, keep, project
 from .round_judge import MORE, contact_outside, further_tops, ranked, width_profile
 from .scan import taken
 from .settings import Search, Settings
@@ -147,7 +147,7 @@ def _climbed(w, model, settings, mine, count, found):
         if not fresh or found == _TOPS:
             starts[p, 0] = -1.0
             continue
-        at, ending = Round(y, z, starts[p, 3]), Ending(FINE, 0.0, 0.0, -math.inf)
+        at, ending = RoundAt(y, z, starts[p, 3]), Ending(FINE, 0.0, 0.0, -math.inf)
         climb(w, model, settings.limits, mine.box, at, ending, tops[found], mine.others[0])
         # a moment adds to the tops
         highest = max(highest, tops[found].explained if model.turned.shape[0] == 0 else starts[p, 0])
@@ -158,7 +158,7 @@ def _climbed(w, model, settings, mine, count, found):
 @compiled(borrows=True)
 def _untwisted(w, model, limits, top, fit, v):
     """What the moment of a top leaves of the readings into v."""
-    project(w, model, limits, Round(top.y, top.z, top.q), fit)
+    project(w, model, limits, RoundAt(top.y, top.z, top.q), fit)
     for i in range(w.size):
         v[i] = w[i] - fit.moment * model.rows[MOMENT, i]
 
@@ -185,7 +185,7 @@ def _spread_of_moment(top, g, point, moves, row, at):
 
 @compiled(inline=True)
 def _as_of(found, fit):
-    """Of a contact's sums those that a point load at its place has too."""
+    """Of a contact's sums those that a point load there has too."""
     fit.g_n_n, fit.g_n_ty, fit.g_n_tz = found.g_n_n, found.g_n_ty, found.g_n_tz
     fit.g_ty_ty, fit.g_ty_tz, fit.g_tz_tz = found.g_ty_ty, found.g_ty_tz, found.g_tz_tz
     fit.a_y_n, fit.a_y_ty, fit.a_y_tz = found.a_y_n, found.a_y_ty, found.a_y_tz
@@ -249,7 +249,7 @@ def _judged(w, v, search, model, room, mine, found):
     settings, point, more, fit, others = search.settings, mine.point, room.more, room.fits[0], mine.others
     limits, broad, twists, free = settings.limits, settings.broad, model.turned.shape[0] > 0, mine.box[5] > mine.box[4]
     flat, fine = _of_width(search, mine.flat), Ending(FINE, settings.smallest, 0.0, -math.inf)
-    shape, told, place = 0, True, point[_POINT:]
+    shape, told, spread_of = 0, True, point[_POINT:]
     for _ in range(_AGAIN):
         at_width(model, found.q, mine.flat)
         if twists:
@@ -257,14 +257,14 @@ def _judged(w, v, search, model, room, mine, found):
         climb_point(v, flat.model, limits, settings.box, Point(found.y, found.z), fine, fit, room.fits[1])
         more[0] = more[1] = more[2] = 0.0
         shape = 0
-        covariance(fit, limits, more, place)
+        covariance(fit, limits, more, spread_of)
         spread = widest_variance(point)
         if settings.curved * settings.curved < spread < broad * broad * 100.0:
             shape = look_round(v, v, flat.model, flat, room, fit, point)
-        told, at = True, Round(room.trials[1].y, room.trials[1].z, found.q)
+        told, at = True, RoundAt(room.trials[1].y, room.trials[1].z, found.q)
         if shape >= 0 and free:
             told = width_profile(w, model, limits, mine.box, found, mine.only, others, mine.sides)
-            at = Round(others[0].y, others[0].z, others[0].q)
+            at = RoundAt(others[0].y, others[0].z, others[0].q)
         if shape >= 0 and told:
             break
         climb(w, model, limits, mine.box, at, Ending(FINE, 0.0, 0.0, -math.inf), others[0], others[1])

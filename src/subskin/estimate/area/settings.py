@@ -12,7 +12,7 @@ from ..varpro import Limits
 from .point import PointModel
 from .tiles import Tiles
 
-__all__ = ["Beyond", "Room", "Search", "Settings", "plain"]
+__all__ = ["Beyond", "Scratch", "Search", "Settings", "plain"]
 
 
 def plain(value: Any) -> Any:
@@ -69,7 +69,7 @@ class Search(NamedTuple):
     settings: Settings
 
 
-class Room(NamedTuple):
+class Scratch(NamedTuple):
     """Scratch of a search.
 
     lead: numbers before the nodes of `heights`; score (most,), at (most, 2): the highest nodes; fits: of these, one to

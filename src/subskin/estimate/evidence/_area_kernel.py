@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..area.round_contact import FIT, Round, climb, in_room, information, keep
+from ..area.round_contact import FIT, RoundAt, climb, in_room, information, keep
 from ..varpro import Ending, Limits
 
 _FINE = 0.003
@@ -66,7 +66,7 @@ def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
         best.explained = -1.0
         for start in range(3 if high > low else 1):
             q = (ratio * a) ** 2 if start == 0 else low if start == 1 else high
-            climb(w, model, limits, box, Round(y, z, q), fine, fit, trial)
+            climb(w, model, limits, box, RoundAt(y, z, q), fine, fit, trial)
             if fit.explained > best.explained:
                 keep(fit, best)
         q, told = best.q, information(best)
@@ -91,7 +91,7 @@ def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
                 for k in range(nodes.size):
                     here = begin + (stop - begin) * nodes[k]
                     only[4] = only[5] = here * here
-                    climb(w, model, limits, only, Round(at_y, at_z, here * here), fine, fit, trial)
+                    climb(w, model, limits, only, RoundAt(at_y, at_z, here * here), fine, fit, trial)
                     told = information(fit)
                     share = weights[k] * abs(stop - begin) / (math.sqrt(high) - math.sqrt(low))
                     part = log_integral(fit, told.y_y, told.y_z, told.z_z, mu)

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..area.edge import FIT, ROWS, Edge, EdgeModel, climb, information, keep, project
+from ..area.edge import FIT, ROWS, EdgeAt, EdgeModel, climb, information, keep, project
 from ..area.round_contact import in_room
 from ..varpro import Ending, Limits
 from ._area_kernel import log_integral
@@ -60,7 +60,7 @@ def _told(fit, order, box, m, told):
 
     The width and the length are held where they are at an end of the box; the direction is never freer than any.
     """
-    whole, at = information(fit), Edge(fit.y, fit.z, fit.direction, fit.length, fit.q)
+    whole, at = information(fit), EdgeAt(fit.y, fit.z, fit.direction, fit.length, fit.q)
     m[0, 0], m[0, 1], m[0, 2], m[0, 3], m[0, 4] = (
         whole.y_y, whole.y_z, whole.y_direction, whole.y_length, whole.y_q
     )  # fmt: skip
@@ -143,7 +143,7 @@ def _best_tops(w, model, limits, box, y, z, tops, scan):
         scan[p, 0] = -1.0
         for length in range(2):
             long, q = low + (0.2 + 0.5 * length) * (high - low), box[8] + 0.3 * (box[9] - box[8])
-            project(w, model, limits, Edge(y, z, math.pi * p / _TURNS, long, q), tops[3])
+            project(w, model, limits, EdgeAt(y, z, math.pi * p / _TURNS, long, q), tops[3])
             if tops[3].explained > scan[p, 0]:
                 scan[p, 0], scan[p, 1] = tops[3].explained, long
     tops[0].explained = -1.0
@@ -152,7 +152,7 @@ def _best_tops(w, model, limits, box, y, z, tops, scan):
         for e in range(1, _TURNS):
             if scan[e, 0] > scan[p, 0]:
                 p = e
-        start = Edge(y, z, math.pi * p / _TURNS, scan[p, 1], box[8] + 0.3 * (box[9] - box[8]))
+        start = EdgeAt(y, z, math.pi * p / _TURNS, scan[p, 1], box[8] + 0.3 * (box[9] - box[8]))
         climb(w, model, limits, box, start, Ending(_FINE, 0.0, 0.0, -math.inf), tops[1], tops[3])
         if tops[1].explained > tops[0].explained:
             keep(tops[1], tops[0])
@@ -179,7 +179,7 @@ def _over_lengths(w, model, limits, box, rule, fits, room, said):
         _set(best, last)
         for k in range(nodes.size):
             only[6] = only[7] = here = length + (to - length) * nodes[k]
-            at = Edge(start[0], start[1], start[2], start[3], start[4])
+            at = EdgeAt(start[0], start[1], start[2], start[3], start[4])
             climb(w, model, limits, only, at, Ending(_FINE, 0.0, 0.0, -math.inf), fit, fits[3])
             _at_length(fit, only, mu, nodes, weights, m, told, said)
             ahead = length + (to - length) * nodes[min(k + 1, nodes.size - 1)]
@@ -229,7 +229,7 @@ def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
         if found.shape[1] == 2:
             _best_tops(w, mine, limits, box, y, z, fits, scan)
         else:
-            at = Edge(y, z, found[f, 2], found[f, 3], box[8])
+            at = EdgeAt(y, z, found[f, 2], found[f, 3], box[8])
             climb(w, mine, limits, box, at, Ending(_FINE, 0.0, 0.0, -math.inf), best, fits[3])
         _at_length(best, box, mu, nodes, weights, m, told, said)
         log, turn, spread = said[0], said[1], said[2]
