@@ -1,4 +1,4 @@
-"""NumberBounds of numbers: those that a name has, and those of all numbers, within which their powers stay finite."""
+"""Bounds of numbers: those that a name has, and those of all numbers, within which their powers stay finite."""
 
 from __future__ import annotations
 

@@ -267,14 +267,14 @@ def _by_arrow(block: bytes, width: int) -> list[FloatArray | list[str]] | None:
     named = csv.ReadOptions(column_names=[str(i) for i in range(width)], use_threads=False)
     try:
         columns = csv.read_csv(
-            io.BytesIO(block), named, convert_options=csv.ConvertOptions(null_values=MISSING)
+            io.BytesIO(block), named, convert_options=csv.ConvertOptions(null_values=list(MISSING))
         ).itercolumns()
     except ArrowInvalid:
         return None
     out: list[FloatArray | list[str]] = []
     for column in columns:
         if types.is_string(column.type):
-            texts = column.to_pylist()
+            texts: Any = column.to_pylist()
             out.append(_column([text.encode() for text in texts], texts))
         elif types.is_null(column.type) or types.is_integer(column.type) or types.is_floating(column.type):
             out.append(column.cast(float64(), safe=False).to_numpy())
