@@ -14,14 +14,14 @@ _SINGLE = 1e-4
 """Share of S by which the scan, in single precision, may be wrong at most."""
 
 
-@compiled()
-def outside(w, tables, nodes, told, cone, single, least, rows, fits):
+@compiled(inline=True)
+def outside(w, tables, nodes, told, cone, box, single, least, rows, fits):
     """Whether S reaches `least` at a position beyond the search.
 
     tables (stretches, cells, 5, 2, n), whitened; nodes (k,): where to climb from; told: settings; single
-    (stretches k,): S by the scan at the nodes of each stretch, without the range of the force.
+    (stretches k,): S by the scan at the nodes of each stretch, without the range of the force; the others: scratch.
     """
-    k, box, ending = nodes.size, nodes[:2].copy(), until(1e-2)
+    k, ending = nodes.size, until(1e-2)
     for j in range(tables.shape[0]):
         s = single[j * k : (j + 1) * k]
         model = Line(tables[j], told.far_start, told.far_step, rows)
@@ -36,7 +36,7 @@ def outside(w, tables, nodes, told, cone, single, least, rows, fits):
     return False
 
 
-@compiled()
+@compiled(inline=True)
 def at_end(w, table, model, cone, held, told, s, squares, least, fit, trial):
     """Whether S reaches `least` at an end of the search, with any half width.
 

@@ -87,7 +87,7 @@ class Layout(Frozen):
         >>> rows.shape, rows.dtype.names[:5], rows["covariance"].shape
         ((2,), ('y', 'n', 't', 'covariance', 'residual'), (2, 6))
         """
-        return np.asarray(table).view(self.record)[:, 0]
+        return table.view(self.record)[:, 0]
 
     @property
     def half_width(self) -> int:

@@ -9,15 +9,17 @@ line load, for which the compiler leaves out all that belongs to a width. Only a
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from .._compiled import compiled
 from .ends import at_end, outside
 from .kinds import LINE_FIT, LINE_ROWS, WIDE_FIT, line_covariance, modelled, top_from, until, wide_covariance, width_of
 from .layout import LINE, WIDE
-from .scan import FEW, MOST_CHI2, highest, peaks, room_for, survey
-from .varpro import Limits
+from .scan import FEW, MOST_CHI2, Heights, highest, peaks, room_for, survey
+from .varpro import Ending, Limits
 
 _MANY = 8
 """Maxima over position and width that are climbed."""
@@ -26,9 +28,23 @@ _LINE_SQUARE, WIDE_SQUARE = LINE.square - LINE.covariance, WIDE.square - WIDE.co
 """Where the covariance of two unknowns stands among those of a row."""
 _OF_FIT = WIDE_SQUARE[np.ix_([0, 2, 3, 1], [0, 2, 3, 1])]
 """The same, of y, N, T and half width, among those of a fit, whose order is y, q, N, T."""
-_MORE = 1.0 + 1e-13
+_MORE, _NO_MORE = 1.0 + 1e-13, np.zeros(3)
 _SPREAD = 1.959964
 """Standard deviations on either side of the middle of a 95 % interval."""
+
+
+class Room(NamedTuple):
+    """What a frame is worked out in: heights of the scan, the model, ends of the search and a copy, readings, fits."""
+
+    heights: Heights
+    model: Any
+    ends: npt.NDArray[np.float64]
+    held: npt.NDArray[np.float64]
+    w: npt.NDArray[np.float64]
+    score: npt.NDArray[np.float64]
+    at: npt.NDArray[np.float64]
+    fits: npt.NDArray[np.void]
+    far_fits: npt.NDArray[np.void]
 
 
 @compiled(exact=True)
@@ -45,7 +61,7 @@ def whitened(frame, sensors, w):
 
 @compiled()
 def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes, table, settings, out):
-    """Fill `out` (f,), records of a `Layout` that hold NaN; status is -1 where reckoning ends or a sensor is lacking.
+    """Fill `out` (f,), records of a `Layout`; status is -1 where reckoning ends or a sensor is lacking.
 
     readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, padded) and edges
     (4, padded): the scan, at m positions for each of `squares` (widths,) of the half width, then at the `nodes` (k,) of
@@ -56,15 +72,25 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
     told = settings[0]
     n, count = readings.shape[1], _MANY if table.ndim == 3 else FEW
     heights = room_for(basis, edges, shapes, squares.size * told.positions, far.shape[0] * nodes.size)
-    s = heights.nodes[1 : heights.size + 1].reshape(squares.size, told.positions)
-    model, cone = modelled(table, told), Limits(told.friction, told.least, told.most)
     ends = np.array([told.first, told.last, told.least_square, told.most_square])
-    held, score, at = ends.copy(), np.empty(count), np.zeros((count, 2))
-    w, fits = np.empty(n), np.zeros(count + 2, WIDE_FIT if table.ndim == 3 else LINE_FIT)
-    spare, trial, far_fits = fits[count], fits[count + 1], np.zeros(2, LINE_FIT)
+    fits = np.zeros(count + 2, WIDE_FIT if table.ndim == 3 else LINE_FIT)
+    room = Room(
+        heights, modelled(table, told), ends, ends.copy(), np.empty(n), np.empty(count), np.zeros((count, 2)), fits,
+        np.zeros(2, LINE_FIT),
+    )  # fmt: skip
+    _each(readings, sensors, squares, far, nodes, table, told, room, out)
+
+
+@compiled(borrows=True)
+def _each(readings, sensors, squares, far, nodes, table, told, room, out):
+    """Frame by frame; arguments as of `project_frames`."""
+    heights, model, ends, held, w, score, at, fits, far_fits = room
+    cone = Limits(told.friction, told.least, told.most)
+    s = heights.nodes[1 : heights.size + 1].reshape(squares.size, told.positions)
+    spare, trial = fits[-2], fits[-1]
     for f in range(readings.shape[0]):
         row = out[f]
-        row.rival_chi2 = math.inf
+        _emptied(table, row)
         total = whitened(readings[f], sensors, w)
         if not total < MOST_CHI2:
             row.status = _PENDING
@@ -77,7 +103,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
         best, second = _climbed(w, table, model, cone, ends, told.apart, 1e-14 * total, score[:tops], at, fits)
         if best < 0:
             best, fits[0].n, fits[0].t, fits[0].explained, fits[0].left = 0, 0.0, 0.0, 0.0, total
-        elif squares.size > 1 and fits[best].left > told.largest:
+        elif table.ndim == 3 and fits[best].left > told.largest:
             _widths_tried(w, table, model, cone, ends, told, s, squares, fits, best)
         fit = fits[best]
         row.residual = max(fit.left, 0.0)
@@ -101,7 +127,9 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
         enough = fit.explained - told.ambiguity
         sure = sure and not at_end(w, table, model, cone, held, told, s, squares, enough, spare, trial)
         if sure and far_top >= told.near * enough:
-            sure = not outside(w, far, nodes, told, cone, heights.beyond, enough, model.rows[:LINE_ROWS], far_fits)
+            sure = not outside(
+                w, far, nodes, told, cone, held, heights.beyond, enough, model.rows[:LINE_ROWS], far_fits
+            )
         sure = sure and angle_told(row, square)
         if second >= 0:
             other = fits[second]
@@ -122,33 +150,45 @@ def angle_told(row, square):
 
 
 @compiled()
+def _emptied(table, row):
+    row.y = row.n = row.t = row.residual = row.rival_y = row.rival_n = row.rival_t = math.nan
+    row.rival_chi2, c = math.inf, row.covariance
+    for k in range(c.size):
+        c[k] = math.nan
+    if table.ndim == 3:
+        row.half_width = row.low = row.high = row.rival_half_width = math.nan
+
+
+@compiled(inline=True)
 def _climbed(w, table, model, cone, ends, apart, digits, score, at, fits):
     """Climb from nodes `at` of heights `score` into `fits`: which is the best, and the best other one; -1: none is.
 
     digits: what S is known to.
     """
-    fine, rough, trial = 1e-7 if table.ndim == 3 else 1e-5, 1e-7 if table.ndim == 3 else 1e-3, fits[-1]
-    fine, rough = max(fine, digits), max(rough, digits)
+    fine, trial = max(1e-7 if table.ndim == 3 else 1e-5, digits), fits[-1]
     best = second = -1
     for p in range(score.size):
         # a maximum clearly lower than both already found cannot become the best or the rival
         if second >= 0 and score[p] < 0.8 * fits[second].explained:
             break
         fit = fits[p]
-        ending = until(fine if p == 0 else rough)
+        # of a line load a rival will do that is near its top, as readings have no ridge along which it may stop
+        rough = fine if p == 0 or table.ndim == 3 else 1e-2 * max(fits[best].explained - score[p], 1e-3)
+        needed = fits[second].explained if second >= 0 and table.ndim == 4 else -math.inf
+        ending = Ending(max(rough, digits), 0.0, 0.0, needed)
         top_from(w, table, model, cone, ends, at[p, 0], at[p, 1], ending, fit, trial)
         differs = best < 0 or _differ(table, fit, fits[best], apart)
         if best < 0 or fit.explained > fits[best].explained:
             best, second = p, best if differs else second
         elif differs and (second < 0 or fit.explained > fits[second].explained):
             second = p
-    if best > 0 and rough > fine:
+    if best > 0 and table.ndim == 4:
         fit = fits[best]
         top_from(w, table, model, cone, ends, fit.y, 0.0, until(fine), fit, trial)
     return best, second
 
 
-@compiled()
+@compiled(inline=True)
 def _differ(table, one, other, apart):
     """Whether two maxima are two contacts, and not one reached twice."""
     return abs(one.y - other.y) > apart or abs(width_of(table, one) - width_of(table, other)) > apart
@@ -170,8 +210,8 @@ def _widths_tried(w, table, model, cone, ends, told, s, squares, fits, best):
 @compiled()
 def _line_uncertainty(fit, cone, s, told, row):
     """Fill in the covariance of (y, N, T); whether S is about as narrow as its curvature at the top says; s (m,)."""
-    more, c, pace = np.zeros(1), row.covariance, told.pace
-    line_covariance(fit, cone, more, c)
+    c, pace = row.covariance, told.pace
+    line_covariance(fit, cone, _NO_MORE, c)
     variance, m = c[0], s.size
     if not variance < (told.last - told.first) ** 2:  # the readings do not determine the position
         return False
@@ -210,12 +250,12 @@ def _line_uncertainty(fit, cone, s, told, row):
 @compiled()
 def wide_uncertainty(fit, cone, ends, row):
     """Fill in half width, its interval and the covariance; whether the contact lies within: in width and in angle."""
-    more, c, moves, q, least, most = np.zeros(3), np.empty(10), np.ones(4), fit.q, ends[2], ends[3]
+    c, moves, q, least, most = np.empty(10), np.ones(4), fit.q, ends[2], ends[3]
     half, known = math.sqrt(fit.q), least == most
     # what the readings say nothing of is infinite within rounding, not an error
     fit.u_y_y, fit.u_q_q = _MORE * fit.u_y_y, math.inf if known else _MORE * fit.u_q_q
     fit.g_n_n, fit.g_t_t = _MORE * fit.g_n_n, _MORE * fit.g_t_t
-    wide_covariance(fit, cone, more, c)
+    wide_covariance(fit, cone, _NO_MORE, c)
     row.half_width = row.low = row.high = half
     sure = True
     if not known:

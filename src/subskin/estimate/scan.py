@@ -42,27 +42,29 @@ class Heights(NamedTuple):
     peak: npt.NDArray[np.uint8]
 
 
-@compiled()
+@compiled(inline=True)
 def room_for(basis, edges, shapes, size, beyond):
     """The `Heights` of a scan with so many nodes within the search, and beyond it."""
     n, _, padded = basis.shape
-    nodes, words = np.full(padded + 2, -1, dtype=np.float32), np.zeros(padded // 8, dtype=np.uint64)
+    nodes, words = np.empty(padded + 2, dtype=np.float32), np.empty(padded // 8, dtype=np.uint64)
+    nodes[0] = nodes[-1] = np.float32(-1)
     w, sums = np.empty(n, dtype=np.float32), np.empty((2, padded), dtype=np.float32)
     return Heights(
         basis, edges, shapes, size, w, sums, nodes, np.empty(beyond, dtype=np.float32), words, words.view(np.uint8)
     )  # fmt: skip
 
 
-@compiled()
+@compiled(inline=True)
 def survey(w, heights, told):
     """Fill `heights` for a frame w (n,), within the ends of N if there are any; gives the highest beyond the search."""
+    single, beyond = heights.w, heights.beyond
     for i in range(w.size):
-        heights.w[i] = w[i]
+        single[i] = w[i]
     s, size, top = heights.nodes, heights.size, np.float32(0.0)
-    scan(heights.w, heights.basis, heights.edges, heights.sums, s[1:-1])
-    for k in range(heights.beyond.size):
-        heights.beyond[k] = s[size + 1 + k]
-        top = max(top, heights.beyond[k])
+    scan(single, heights.basis, heights.edges, heights.sums, s[1:-1])
+    for k in range(beyond.size):
+        beyond[k] = s[size + 1 + k]
+        top = max(top, beyond[k])
     for k in range(size + 1, s.size - 1):
         s[k] = np.float32(-1)
     if heights.shapes.shape[1] > 0:

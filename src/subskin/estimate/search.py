@@ -202,7 +202,6 @@ class Locator(Framewise):
         return project_frames
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
-        out.fill(np.nan)
         self._compiled(frames, *arrays, self.layout.named(out))
 
     def _doubted(
@@ -228,7 +227,7 @@ class Locator(Framewise):
                 ]
 
             fields = self._prepared.get(b"fields" + pattern.tobytes(), whole)
-            part = np.full((many, self._columns), np.nan)
+            part = np.empty((many, self._columns))
             doubted_frames(frames[rows], np.ascontiguousarray(doubt[rows]), arrays, fields, self.layout.named(part))
             out[rows] = part
 
