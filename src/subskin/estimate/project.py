@@ -45,6 +45,7 @@ class Room(NamedTuple):
     at: npt.NDArray[np.float64]
     fits: npt.NDArray[np.void]
     far_fits: npt.NDArray[np.void]
+    covariance: npt.NDArray[np.float64]
 
 
 @compiled(exact=True)
@@ -76,7 +77,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
     fits = np.zeros(count + 2, WIDE_FIT if table.ndim == 3 else LINE_FIT)
     room = Room(
         heights, modelled(table, told), ends, ends.copy(), np.empty(n), np.empty(count), np.zeros((count, 2)), fits,
-        np.zeros(2, LINE_FIT),
+        np.zeros(2, LINE_FIT), np.empty(10),
     )  # fmt: skip
     _each(readings, sensors, squares, far, nodes, table, told, room, out)
 
@@ -84,7 +85,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
 @compiled(borrows=True)
 def _each(readings, sensors, squares, far, nodes, table, told, room, out):
     """Frame by frame; arguments as of `project_frames`."""
-    heights, model, ends, held, w, score, at, fits, far_fits = room
+    heights, model, ends, held, w, score, at, fits, far_fits, c = room
     cone = Limits(told.friction, told.least, told.most)
     s = heights.nodes[1 : heights.size + 1].reshape(squares.size, told.positions)
     spare, trial = fits[-2], fits[-1]
@@ -117,7 +118,7 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
             continue
         row.y, row.n, row.t = fit.y, fit.n, fit.t
         if table.ndim == 3:
-            sure, square = wide_uncertainty(fit, cone, ends, row), WIDE_SQUARE
+            sure, square = wide_uncertainty(fit, cone, ends, c, row), WIDE_SQUARE
         else:
             sure, square = _line_uncertainty(fit, cone, s[0], told, row), _LINE_SQUARE
         margin = 0.02 * told.pace
@@ -248,9 +249,12 @@ def _line_uncertainty(fit, cone, s, told, row):
 
 
 @compiled()
-def wide_uncertainty(fit, cone, ends, row):
-    """Fill in half width, its interval and the covariance; whether the contact lies within: in width and in angle."""
-    c, moves, q, least, most = np.empty(10), np.ones(4), fit.q, ends[2], ends[3]
+def wide_uncertainty(fit, cone, ends, c, row):
+    """Fill in half width, its interval and the covariance; whether the contact lies within: in width and in angle.
+
+    c (10,): scratch.
+    """
+    q, least, most, turn = fit.q, ends[2], ends[3], 1.0
     half, known = math.sqrt(fit.q), least == most
     # what the readings say nothing of is infinite within rounding, not an error
     fit.u_y_y, fit.u_q_q = _MORE * fit.u_y_y, math.inf if known else _MORE * fit.u_q_q
@@ -264,12 +268,12 @@ def wide_uncertainty(fit, cone, ends, row):
         # near no width the readings know its square alone: the interval says how much that is
         straight = 0.5 / half if half > 0.0 else math.inf
         about = 0.5 * (math.sqrt(q + spread) - math.sqrt(max(q - spread, 0.0))) / spread
-        moves[3] = min(straight, about) if spread < math.inf else straight
+        turn = min(straight, about) if spread < math.inf else straight
         sure = q < most and not 0.0 < q <= least
     k = 0
     for i in range(4):
         for j in range(i, 4):
-            row.covariance[k] = moves[i] * c[_OF_FIT[i, j]] * moves[j]
+            row.covariance[k] = c[_OF_FIT[i, j]] * (turn if i == 3 else 1.0) * (turn if j == 3 else 1.0)
             k += 1
     if 0.0 < cone.friction < math.inf:
         sure &= abs(fit.t) < cone.friction * fit.n * (1.0 - 1e-9)

@@ -175,7 +175,7 @@ def stick_frames(readings, sensors, table, settings, mus, low, high, guess, prio
     told, n = settings[0], readings.shape[1]
     model, within, room = sticking(table, told), Within(low.copy(), high, told.friction, guess, prior), np.empty((5, 5))
     bottom, ends, fit = within.low, np.array([0.0, 0.0, low[Q], high[Q]]), np.zeros(1, WIDE_FIT)[0]
-    free = Limits(math.inf, 0.0, math.inf)
+    free, covariance = Limits(math.inf, 0.0, math.inf), np.empty(10)
     w, p, best, second, columns = np.empty(n), np.empty(5), np.ones(5), np.empty(5), np.empty((5, n))
     for f in range(readings.shape[0]):
         row = out[f]
@@ -226,7 +226,7 @@ def stick_frames(readings, sensors, table, settings, mus, low, high, guess, prio
             continue
         row.y, row.n, row.t = best[Y], normal, tangential
         _fitted(best, columns, within, room, fit)
-        sure = wide_uncertainty(fit, free, ends, row)
+        sure = wide_uncertainty(fit, free, ends, covariance, row)
         sure &= told.first < best[Y] < told.last and abs(tangential) < told.friction * normal * (1.0 - 1e-9)
         sure &= (low[N] <= 0.0 or normal > low[N]) and normal < high[N]
         if not (sure and row.rival_chi2 >= told.ambiguity and angle_told(row, WIDE_SQUARE)):
