@@ -33,7 +33,7 @@ _SPREAD = 1.959964
 """Standard deviations on either side of the middle of a 95 % interval."""
 
 
-class Room(NamedTuple):
+class FrameRoom(NamedTuple):
     """What a frame is worked out in: heights of the scan, the model, ends of the search and a copy, readings, fits."""
 
     heights: Heights
@@ -75,7 +75,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
     heights = room_for(basis, edges, shapes, squares.size * told.positions, far.shape[0] * nodes.size)
     ends = np.array([told.first, told.last, told.least_square, told.most_square])
     fits = np.zeros(count + 2, WIDE_FIT if table.ndim == 3 else LINE_FIT)
-    room = Room(
+    room = FrameRoom(
         heights, modelled(table, told), ends, ends.copy(), np.empty(n), np.empty(count), np.zeros((count, 2)), fits,
         np.zeros(2, LINE_FIT), np.empty(10),
     )  # fmt: skip
