@@ -19,8 +19,6 @@ RECORDS = {"fit", "found", "options", "row", "state", "work"}
 """Of these no part is alike: every number stands for a name."""
 
 TO_DO = {
-    "design/placement/_area_kernel.py",
-    "design/placement/_kernel.py",
     "estimate/area/fall.py",
     "estimate/area/in_place.py",
     "estimate/area/judge.py",

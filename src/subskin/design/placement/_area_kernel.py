@@ -37,16 +37,17 @@ def survey(readings, truth, spread, model, fields, forms, grid, mu, box, limits,
 
     readings (touches, n): in units of noise; truth (touches, 2); spread (touches, 3): variances yy, yz, zz of the
     position found, infinite where it is not determined; model: without its scratch; fields (nodes, 3, n): readings
-    under unit forces at the nodes where loads are looked for, those along z beside each other; forms (2, nodes, 6):
-    A^T A and its inverse; grid: first y, step, count, then of z; box: ends of y and z; limits: least chi-square of
+    under unit forces at the nodes where loads are looked for, those along z beside each other; forms (2, nodes,
+    3, 3): A^T A and its inverse; grid (2, 3): first, step and count of y and of z; box: ends of y and z; limits: least chi-square of
     a contact, `ambiguity`, distance within which two minima are one, and within which they are not far apart.
     """
     n = readings.shape[1]
-    rows, columns = int(grid[2]), int(grid[5])
+    rows, columns = int(grid[0, 2]), int(grid[1, 2])
+    first_y, step_y, first_z, step_z = grid[0, 0], grid[0, 1], grid[1, 0], grid[1, 1]
     nodes = rows * columns
     detection, ambiguity, apart, wide = limits[0], limits[1], limits[2], limits[3]
     cap = (_SURE + math.sqrt(_SURE * _SURE + ambiguity)) ** 2
-    left, at, found = np.empty(nodes), np.empty(_MOST, dtype=np.int64), np.empty((_MOST, 2))
+    left, at, rivals_at = np.empty(nodes), np.empty(_MOST, dtype=np.int64), np.empty((_MOST, 2))
     fits, scratch, cone = np.empty(3, FIT), np.empty((ROWS, n)), Limits(mu, 0.0, math.inf)
     fit, trial, best = fits[0], fits[1], fits[2]
     root, fall, side = np.empty(3), np.empty(8), np.empty(4)
@@ -81,11 +82,11 @@ def survey(readings, truth, spread, model, fields, forms, grid, mu, box, limits,
                 b1 += w[i] * fields[m, 1, i]
                 b2 += w[i] * fields[m, 2, i]
             g, h = forms[0, m], forms[1, m]
-            free = b0 * (h[0] * b0 + 2.0 * (h[1] * b1 + h[2] * b2)) + b1 * (h[3] * b1 + 2.0 * h[4] * b2)
+            free = b0 * (h[0, 0] * b0 + 2.0 * (h[0, 1] * b1 + h[0, 2] * b2)) + b1 * (h[1, 1] * b1 + 2.0 * h[1, 2] * b2)
             left[m] = total
-            if free + h[5] * b2 * b2 > least:
+            if free + h[2, 2] * b2 * b2 > least:
                 _, _, _, explained, _, _, _, _, _, _, _ = eliminate_three(
-                    g[0], g[1], g[2], g[3], g[4], g[5], b0, b1, b2, mu
+                    g[0, 0], g[0, 1], g[0, 2], g[1, 1], g[1, 2], g[2, 2], b0, b1, b2, mu
                 )
                 left[m] = total - explained
         enough = Ending(0.05, 1e-3 * apart, 0.0, total - ambiguity)
@@ -96,7 +97,7 @@ def survey(readings, truth, spread, model, fields, forms, grid, mu, box, limits,
                 if not here < total - least:
                     continue
                 if here < 4.0 * cap and unsure < 1.0:  # as good, and far beyond the errors of the best: a broad top
-                    dy, dz = grid[0] + j * grid[1] - y, grid[3] + k * grid[4] - z
+                    dy, dz = first_y + j * step_y - y, first_z + k * step_z - z
                     far = (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) / det
                     if far > 36.0 and dy * dy + dz * dz > wide * wide:
                         unsure = max(unsure, _normal((ambiguity - here) / (2.0 * math.sqrt(max(here, 1e-12)))))
@@ -126,7 +127,7 @@ def survey(readings, truth, spread, model, fields, forms, grid, mu, box, limits,
             for e in range(columns if q < 2 else rows):
                 j, k = (e, (columns - 1) * (q % 2)) if q > 1 else ((rows - 1) * (q % 2), e)
                 if left[j * columns + k] < low:
-                    low, at_y, at_z = left[j * columns + k], grid[0] + j * grid[1], grid[3] + k * grid[4]
+                    low, at_y, at_z = left[j * columns + k], first_y + j * step_y, first_z + k * step_z
             if not low < total - least:
                 continue
             side[2 * (q // 2)] = side[2 * (q // 2) + 1] = box[q]
@@ -135,17 +136,17 @@ def survey(readings, truth, spread, model, fields, forms, grid, mu, box, limits,
         clear, odds, rivals = 1.0, 0.0, 0
         for c in range(count):
             j, k = at[c] // columns, at[c] % columns
-            start = Point(grid[0] + j * grid[1], grid[3] + k * grid[4])
+            start = Point(first_y + j * step_y, first_z + k * step_z)
             climb(w, mine, cone, box, start, Ending(_FINE, 1e-3 * apart, 0.0, total - 4.0 * cap), fit, trial)
             here, off = max(total - fit.explained, 1e-12), math.hypot(fit.y - y, fit.z - z)
             if here > cap or off < apart:
                 continue
             again = False  # two starts may end at one rival
             for d in range(rivals):
-                again |= math.hypot(fit.y - found[d, 0], fit.z - found[d, 1]) < 5.0 * apart
+                again |= math.hypot(fit.y - rivals_at[d, 0], fit.z - rivals_at[d, 1]) < 5.0 * apart
             if again:
                 continue
-            found[rivals, 0], found[rivals, 1] = fit.y, fit.z
+            rivals_at[rivals, 0], rivals_at[rivals, 1] = fit.y, fit.z
             rivals += 1
             far = math.sqrt(here)
             clear *= 1.0 - (_normal((ambiguity - here) / (2.0 * far)) - _normal((-ambiguity - here) / (2.0 * far)))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate.climb import field_at
+from ...estimate.kinds import LINE_ROWS, Along, Line, line_field
 
 _SINGULAR = 1e-24
 _UNTOLD = 1e6
@@ -79,7 +79,7 @@ def row_table(field, field_start, field_step, positions, start, step, table):
 
 @compiled()
 def _grams(a):
-    """Products of the rows of a (4, n): the field A, normal and tangential, and its slope."""
+    """Products of rows of a: the field A, normal and tangential, and its slope, as `line_field` has them."""
     k11 = k12 = k22 = m11 = m12 = m21 = m22 = h11 = h12 = h22 = 0.0
     for i in range(a.shape[1]):
         an, at, dn, dt = a[0, i], a[1, i], a[2, i], a[3, i]
@@ -123,13 +123,13 @@ def _bounds(grams, c, s, mu, farthest):
 
 
 @compiled()
-def climb(table, start, step, mu, force, which, touch, size, ends):
+def uphill(table, start, step, mu, force, which, touch, size, ends):
     """Largest standard deviation of position, force or angle (`which` 0, 1, 2) uphill from a touch.
 
     touch, size (2,): position and angle to begin with, and first step of each; ends (2, 2): of both. The nearest eight
     are tried, then steps halve; at a singular touch the way up ends in infinity or, between two floats, far up.
     """
-    a = np.empty((4, table.shape[3]))
+    model = Line(table, start, step, np.empty((LINE_ROWS, table.shape[3])))
     farthest = step * table.shape[0]
     best = -1.0
     y, angle, dy, da = touch[0], touch[1], size[0], size[1]
@@ -138,8 +138,8 @@ def climb(table, start, step, mu, force, which, touch, size, ends):
         for q in range(9):
             at = min(max(here_y + (q // 3 - 1) * dy, ends[0, 0]), ends[0, 1])
             lean = min(max(here_angle + (q % 3 - 1) * da, ends[1, 0]), ends[1, 1])
-            field_at(table, start, step, at, a)
-            told = _bounds(_grams(a), force * math.cos(lean), force * math.sin(lean), mu, farthest)
+            line_field(model, Along(at))
+            told = _bounds(_grams(model.rows), force * math.cos(lean), force * math.sin(lean), mu, farthest)
             found = (told.position, told.force, told.angle)[which]
             if found > best:
                 best, y, angle = found, at, lean

@@ -87,13 +87,13 @@ class RowField(Frozen):
 
     def worst(self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
         """Largest standard deviations of position, force and angle, uphill from the highest points of a grid."""
-        climb = _compiled()[0].climb
+        uphill = _compiled()[0].uphill
         ends = np.array([positions[[0, -1]], angles[[0, -1]]])
         size = np.ptp(ends, axis=1) / np.maximum([positions.size - 1, angles.size - 1], 1)
         out: FloatArray = maps[:3].max(axis=(1, 2))
         for which in np.flatnonzero(np.isfinite(out)):
             for p, k in _highest(maps[which]):
-                top = climb(
+                top = uphill(
                     self.values, self.start, self.step, touches.friction, touches.force, which,
                     np.array([positions[p], angles[k]]), size, ends,
                 )  # fmt: skip
@@ -301,12 +301,11 @@ class AreaField(Frozen):
         nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         fields = np.ascontiguousarray(np.swapaxes(response(nodes), 1, 2))
         grams = fields @ np.swapaxes(fields, 1, 2)
-        upper = np.triu_indices(3)
         with np.errstate(all="ignore"):
             inverse = np.linalg.inv(grams + 1e-13 * np.trace(grams, axis1=1, axis2=2)[:, None, None] * np.eye(3))
-        forms = np.ascontiguousarray(np.stack([grams[:, *upper], inverse[:, *upper]]))
+        forms = np.stack([grams, inverse])
         model = model_of(response, np.ones(response.sensors), self.cells, self.cubics, self.terms)
-        grid = np.array([v for axis in axes for v in (axis[0], axis[1] - axis[0], axis.size)])
+        grid = np.array([(axis[0], axis[1] - axis[0], axis.size) for axis in axes])
         limits = np.array([2 * np.log(1 / FALSE_ALARM), ambiguity, 0.02 * depth, 0.1 * depth])
         readings = np.einsum("tnc,tc->tn", response(position), load)
         out = np.empty((len(readings), len(SHARES)))

@@ -19,7 +19,8 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate.climb import climb, field_at
+from ...estimate.kinds import LINE_FIT, LINE_ROWS, Along, Line, climb_line, line_field, until
+from ...estimate.varpro import Limits
 from ._bounds_kernel import _SINGULAR, _bounds, _grams
 
 # Rows of the output.
@@ -33,11 +34,12 @@ _FAR = 120.0  # and this is too much for noise to make up
 
 
 @compiled()
-def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
+def _scan_basis(model, scan_start, scan_step, mu, basis, edges):
     """Orthonormal columns of A at each position of the scan, (n, 2, m), and unit edges of the cone in them, (4, m)."""
     n, _, m = basis.shape
+    a = model.rows
     for j in range(m):
-        field_at(table, start, step, scan_start + j * scan_step, a)
+        line_field(model, Along(scan_start + j * scan_step))
         size = along = 0.0
         for i in range(n):
             size += a[0, i] * a[0, i]
@@ -197,7 +199,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
 
     Noise along what a load near the true one can take up moves the best load and its surroundings alike; what is left
     of the misfit across that, times the noise, is what changes its chi-square against the best one's.
-    a (4, n): of `field_at` at f; told: of `_bounds`.
+    a: of `line_field` at f; told: of `_bounds`.
     """
     start, step, m = scan[0], scan[1], int(scan[2])
     uu, uf, ua, ff, fa, aa, det, variance, _, _ = told
@@ -240,7 +242,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
 
 
 @compiled()
-def survey(table, start, step, scan, mu, cone, force, limits, positions, directions, bounds, out):
+def survey(table, start, step, scan, mu, lean, force, limits, positions, directions, bounds, out):
     """Fill `out` (7, p, k): the errors of each touch, and how probably it is mistaken; rows are named above.
 
     table (cells, 5, 2, n): whitened receptive field, with its start and step; scan: start, step and number of the
@@ -255,9 +257,12 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
     root_detection = math.sqrt(detection)
     scan_stop = scan_start + (m - 1) * scan_step
     reach_all = scan_stop - scan_start
-    a = np.empty((4, n))
+    model, other = (
+        Line(table, start, step, np.empty((LINE_ROWS, n))), Line(table, start, step, np.empty((LINE_ROWS, n)))
+    )  # fmt: skip
+    a, cone, ends, fits = model.rows, Limits(mu, 0.0, math.inf), np.empty(2), np.zeros(2, LINE_FIT)
     basis, edges = np.empty((n, 2, m)), np.empty((4, m))
-    _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges)
+    _scan_basis(model, scan_start, scan_step, mu, basis, edges)
     turns = np.empty((2, m))
     _half_turns(basis, edges, turns)
     b = np.empty((4, m))
@@ -268,13 +273,13 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
     asked = np.empty(m, dtype=np.uint8)
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
     minimum = words.view(np.uint8)
-    w, scratch, fit = np.empty(n), np.empty((6, n)), np.empty(14)
+    w, fit, trial = np.empty(n), fits[0], fits[1]
     for p in range(positions.size):
         f = positions[p]
-        field_at(table, start, step, f, a)
+        line_field(model, Along(f))
         grams = _grams(a)
         _project(basis, a, b)
-        _possible(b, grams.k11, grams.k12, grams.k22, cone, cap / force, turns, possible)
+        _possible(b, grams.k11, grams.k12, grams.k22, lean, cap / force, turns, possible)
         count = 0
         for j in range(m):
             if possible[j] or (j > 0 and possible[j - 1]) or (j < m - 1 and possible[j + 1]):
@@ -318,11 +323,12 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
                         continue
                     for i in range(n):
                         w[i] = a[0, i] * c + a[1, i] * s
-                    low, high = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
-                    y = climb(w, table, start, step, mu, y, low, high, 1e-3, scratch, fit)
+                    ends[0], ends[1] = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
+                    climb_line(w, other, cone, ends, Along(y), until(1e-3), fit, trial)
+                    y = fit.y
                     if abs(y - f) < apart:
                         continue
-                    distance = math.sqrt(max(total - fit[2], 1e-12))
+                    distance = math.sqrt(max(total - fit.explained, 1e-12))
                     clear *= 1.0 - (
                         _normal((ambiguity - distance * distance) / (2 * distance))
                         - _normal((-ambiguity - distance * distance) / (2 * distance))
