@@ -144,11 +144,12 @@ def study_at_depth(
     _check.flag("together", together)
     asked = AskedTouches.of(touches, grid, samples, rng, ambiguity)
     wide, row = max(kind.width for kind in kinds), touches.area is None
+    middle, units = np.array(middle_of(touches)), [layout.unit for layout in arrangements]
     designs = []
     for i, j in np.ndindex(steps.size, len(arrangements)):
-        layout, step = arrangements[j], float(steps[i])
-        if wide <= step * (1 + 1e-12) and not (row and layout.count * step > skin.period * (1 + 1e-12)):
-            points = layout.points(step, middle_of(touches))[:, : touches.dim]
+        step = float(steps[i])
+        if wide <= step * (1 + 1e-12) and not (row and len(units[j]) * step > skin.period * (1 + 1e-12)):
+            points = (middle + step * units[j])[:, : touches.dim]
             designs.append((i, j, points, searched(points, deep, skin, touches, beyond)))
     out = {name: np.full((steps.size, len(arrangements)), np.nan) for name in measures_of(touches)}
     if not designs:
