@@ -37,9 +37,10 @@ def survey(readings, truth, spread, model, fields, forms, grid, mu, box, limits,
 
     readings (touches, n): in units of noise; truth (touches, 2); spread (touches, 3): variances yy, yz, zz of the
     position found, infinite where it is not determined; model: without its scratch; fields (nodes, 3, n): readings
-    under unit forces at the nodes where loads are looked for, those along z beside each other; forms (2, nodes,
-    3, 3): A^T A and its inverse; grid (2, 3): first, step and count of y and of z; box: ends of y and z; limits: least chi-square of
-    a contact, `ambiguity`, distance within which two minima are one, and within which they are not far apart.
+    under unit forces at the nodes where loads are looked for, those along z beside each other; forms (2, nodes, 3, 3):
+    A^T A and its inverse; grid (2, 3): first, step and count of y and of z; box: ends of y and z; limits: least
+    chi-square of a contact, `ambiguity`, distance within which two minima are one, and within which they are not far
+    apart.
     """
     n = readings.shape[1]
     rows, columns = int(grid[0, 2]), int(grid[1, 2])
