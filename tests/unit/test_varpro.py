@@ -124,7 +124,7 @@ def test_slopes_are_those_of_what_is_explained(f, p, friction, made):
         loops.project(w, model, cone, at(*x), fit)
         if f == 3 and not fit.inside:
             continue  # on a curved cone the second slopes are more than these
-        loops.slopes(w, model.rows, fit)
+        loops.slopes(w, model, fit)
         told, names = loops.information(fit), list(at._fields)
         steps = h * np.eye(p)
         slope = [(explained(x + s) - explained(x - s)) / (2 * h) for s in steps]
@@ -185,7 +185,7 @@ def test_the_covariance_is_the_inverse_of_all_the_information(f, p, made):
     loops.project(rng.normal(size=SENSORS), model, Limits(np.inf), at(*rng.uniform(-1, 1, p)), fit)
     for k, name in enumerate(("n", *(("t",) if f == 2 else ("ty", "tz")))[:f]):
         fit[name] = 1.0 + k
-    loops.slopes(rng.normal(size=SENSORS), model.rows, fit)
+    loops.slopes(rng.normal(size=SENSORS), model, fit)
     jacobian = np.concatenate(
         [[components(fit) @ model.rows[f * (1 + j) : f * (2 + j)] for j in range(p)], model.rows[:f]]
     )

@@ -73,7 +73,7 @@ class Kernel(NamedTuple):
     it is taken out of the others. Where there are second slopes, c_p_q, what the misfit adds to the information.
 
     project(w, model, cone, at, fit): the best components of readings w (n,) at a point, as far as g, i and the values.
-    slopes(w, rows, fit): the rest.
+    slopes(w, model, fit): the rest.
     information(fit): named p_q, U^T U less what the components explain of it; and f_p_k, how they fall with p.
     keep(fit, other): copies a fit.
     climb(w, model, cone, box, start, ending, fit, trial): to the top within box (2 P,), low and high of each; into fit.
@@ -91,14 +91,26 @@ class Kernel(NamedTuple):
 
 
 _TEMPLATE = '''
+def read(model, i):
+    rows = model.rows
+    return (
+        rows[{k.at}, i],  #: for k in F
+        rows[{slope(k, p)}, i],  #: for p in P for k in F
+    )
+
+
 def project(w, model, cone, at, fit):
     field(model, at)
     rows = model.rows
     g_{k|l} = 0.0  #: for k, l in FF
     b_{k} = 0.0  #: for k in F
     for i in range(w.size):
-        g_{k|l} += rows[{k.at}, i] * rows[{l.at}, i]  #: for k, l in FF
-        b_{k} += rows[{k.at}, i] * w[i]  #: for k in F
+        (
+            v_{k},  #: for k in F
+            d_{p}_{k},  #: for p in P for k in F
+        ) = read(model, i)
+        g_{k|l} += v_{k} * v_{l}  #: for k, l in FF
+        b_{k} += v_{k} * w[i]  #: for k in F
     taken = 0.0
     #: for t in T
         square_{t}, along_{t} = 0.0, 0.0
@@ -132,7 +144,8 @@ def project(w, model, cone, at, fit):
         fit.{t} = over_{t} * along_{t}
 
 
-def slopes(w, rows, fit):
+def slopes(w, model, fit):
+    rows = model.rows
     left = 0.0
     by_{p} = 0.0  #: for p in P
     u_{p|q} = 0.0  #: for p, q in PP
@@ -140,23 +153,29 @@ def slopes(w, rows, fit):
     t_{p} = 0.0  #: for t in T for p in P
     c_{p|q} = 0.0  #: for p, q in SECOND
     e_{p}_{k} = 0.0  #: for p in BENT for k in F
-    v_{k} = fit.{k}  #: for k in F + T
+    f_{k} = fit.{k}  #: for k in F + T
     for i in range(w.size):
+        (
+            v_{k},  #: for k in F
+            d_{p}_{k},  #: for p in P for k in F
+        ) = read(model, i)
         rho = w[i]
-        rho -= rows[{k.at}, i] * v_{k}  #: for k in F + T
+        rho -= v_{k} * f_{k}  #: for k in F
+        rho -= rows[{k.at}, i] * f_{k}  #: for k in T
         #: for p in P
             s_{p} = 0.0
-            s_{p} += rows[{slope(k, p)}, i] * v_{k}  #: for k in F + T
+            s_{p} += d_{p}_{k} * f_{k}  #: for k in F
+            s_{p} += rows[{slope(k, p)}, i] * f_{k}  #: for k in T
             by_{p} += rho * s_{p}
         left += rho * rho
         u_{p|q} += s_{p} * s_{q}  #: for p, q in PP
-        a_{p}_{k} += rows[{k.at}, i] * s_{p}  #: for p in P for k in F
+        a_{p}_{k} += v_{k} * s_{p}  #: for p in P for k in F
         t_{p} += rows[{t.at}, i] * s_{p}  #: for t in T for p in P
         #: for p, q in SECOND
             bend = 0.0
-            bend += rows[{second(k, p, q)}, i] * v_{k}  #: for k in F
+            bend += rows[{second(k, p, q)}, i] * f_{k}  #: for k in F
             c_{p|q} -= rho * bend
-        e_{p}_{k} += rows[{slope(k, p)}, i] * rho  #: for p in BENT for k in F
+        e_{p}_{k} += d_{p}_{k} * rho  #: for p in BENT for k in F
     #: for t in T
         over = 1.0 / fit.square_{t} if fit.square_{t} > 0.0 else 0.0
         u_{p|q} -= over * t_{p} * t_{q}  #: for p, q in PP
@@ -255,7 +274,7 @@ def climb(w, model, cone, box, start, ending, fit, trial):
     for turn in range(60):
         project(w, model, cone, to, trial)
         if turn == 0 or trial.explained > fit.explained:
-            slopes(w, model.rows, trial)
+            slopes(w, model, trial)
             keep(trial, fit)
             told = information(fit)
             damping = 0.1 * damping
@@ -372,6 +391,7 @@ def kernel(
     free: str = "",
     *,
     bent: bool = False,
+    read: Any = None,
     looks: bool = True,
     **longest: float,
 ) -> Kernel:
@@ -389,6 +409,9 @@ def kernel(
         Name of one more component, which nothing binds.
     bent : bool, optional
         Whether the field gives second slopes.
+    read : callable, optional
+        A compiled function `read(model, i)`, put in place of its calls, that gives the readings of sensor i under each
+        component and their slopes, in the order of the rows, where a field has these in fewer numbers.
     looks : bool, optional
         Whether a climb looks where its last step ends if something binds the components; else it stays where it is.
     longest : float, optional
@@ -438,13 +461,13 @@ def kernel(
     for part in _PARTS:
         loop, inline = made[part], part in _INLINE
         loop.__qualname__ = f"{name}.{part}"  # by which Numba keeps it
-        made[part] = compiled(inline=inline, borrows=not inline)(loop)
+        made[part] = read if part == "read" and read else compiled(inline=inline, borrows=not inline)(loop)
     return Kernel(np.dtype([(value, np.float64) for value in values]), *(made[part] for part in Kernel._fields[1:]))
 
 
-_PARTS = ("project", "slopes", "information", "curved", "step", "keep", "climb", "covariance")
+_PARTS = ("read", "project", "slopes", "information", "curved", "step", "keep", "climb", "covariance")
 """Each after those that it calls."""
-_INLINE = {"information", "curved", "step", "keep"}
+_INLINE = {"read", "information", "curved", "step", "keep"}
 
 
 def _written(lines: Sequence[str], said: dict[str, Any]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from ..._compiled import compiled
 from ..._lanes import EIGHT, alike, answers, eight, nought, put, where
 from ..._lanes import root as square_root
 from ..cone import cofactors, on_cone
-from .point import CELLS, ONE, REST, Point, cell_of, coefficients, project, slopes
+from .point import CELLS, ONE, REST, Point, cell_of, coefficients, project, read, slopes
 
 LANES = 48
 """Numbers of scratch: how far S falls, and the moves in y and in z, of eight positions; then the sums of
@@ -33,10 +33,10 @@ def beyond_near(v, model, limits, fit, trial, lanes):
     """
     project(v, model, limits, Point(fit.y, fit.z), trial)
     trial.n, trial.ty, trial.tz = fit.n, fit.ty, fit.tz
-    slopes(v, model.rows, trial)
+    slopes(v, model, trial)
     b0 = b1 = b2 = 0.0
     for i in range(v.size):
-        a0, a1, a2 = model.rows[0, i], model.rows[1, i], model.rows[2, i]
+        a0, a1, a2, _, _, _, _, _, _ = read(model, i)
         rho = v[i] - a0 * fit.n - a1 * fit.ty - a2 * fit.tz
         b0 += a0 * rho
         b1 += a1 * rho

@@ -80,11 +80,19 @@ def coefficients(table, k):
 
 
 @compiled(inline=True)
-def _pair(rows, i, dy, dz, f, f_slope, g, g_slope):
-    """The nine rows of a sensor by f and g, and by their slopes over -2 dy or -2 dz."""
-    rows[0, i], rows[1, i], rows[2, i] = f, dy * g, dz * g
-    rows[BY_Y, i], rows[BY_Y + 1, i], rows[BY_Y + 2, i] = dy * f_slope, dy * dy * g_slope - g, dy * dz * g_slope
-    rows[BY_Z, i], rows[BY_Z + 1, i], rows[BY_Z + 2, i] = dz * f_slope, dy * dz * g_slope, dz * dz * g_slope - g
+def read(model, i):
+    """What sensor i reads under N, Ty and Tz, and the slopes of that in y and in z: of f and g, or of any harmonics."""
+    rows = model.rows
+    if model.terms.shape[0] == 0:
+        dy, dz, g, slope, steep = rows[_DY, i], rows[_DZ, i], rows[1, i], rows[2, i], rows[BY_Y, i]
+        return (
+            rows[0, i], dy * g, dz * g, dy * slope, dy * dy * steep - g, dy * dz * steep,
+            dz * slope, dy * dz * steep, dz * dz * steep - g,
+        )  # fmt: skip
+    return (
+        rows[0, i], rows[1, i], rows[2, i], rows[BY_Y, i], rows[BY_Y + 1, i], rows[BY_Y + 2, i],
+        rows[BY_Z, i], rows[BY_Z + 1, i], rows[BY_Z + 2, i],
+    )  # fmt: skip
 
 
 @compiled(inline=True)
@@ -98,7 +106,8 @@ def _series(sensors, table, at, rows):
         slope = size * x * q
         f, f_slope = f0 + x * (f1 + x * (f2 + x * f3)), 3.0 * f0 + x * (5.0 * f1 + x * (7.0 * f2 + x * (9.0 * f3)))
         g, g_slope = g0 + x * (g1 + x * (g2 + x * g3)), 3.0 * g0 + x * (5.0 * g1 + x * (7.0 * g2 + x * (9.0 * g3)))
-        _pair(rows, i, dy, dz, size * f, slope * f_slope, size * g, slope * g_slope)
+        rows[_DY, i], rows[_DZ, i] = dy, dz
+        rows[0, i], rows[1, i], rows[2, i], rows[BY_Y, i] = size * f, size * g, slope * f_slope, slope * g_slope
 
 
 @compiled(borrows=True)
@@ -135,7 +144,9 @@ def harmonic(order, imaginary, dy, dz):
 
 @compiled(inline=True)
 def point_field(model, at):
-    """Rows 0 to 2 the readings under unit N, Ty, Tz, 3 to 5 their slopes in y, 6 to 8 in z.
+    """Rows 0 to 2 the readings under unit N, Ty, Tz, 3 to 5 their slopes in y, 6 to 8 in z, of any harmonics.
+
+    Without terms rows 0 and 1 are f and g, 2 and 3 their slopes over -2 dy or -2 dz: `read` makes the others of these.
 
     The first six digits of v = 1 + u / depth^2 behind its leading one count the cells of an octave, the rest says
     where in the cell (`radial.CELLS`). Where the last cell is the first one, its numbers are those of v^(-3/2) to
@@ -162,12 +173,12 @@ def point_field(model, at):
         k, t = np.uint64(bits[_CELL, i]), rows[_V, i] * CELLS - (CELLS + 0.5)
         f0, f1, f2, f3, g0, g1, g2, g3 = coefficients(table, k)
         rows[0, i], rows[2, i] = f0 + t * (f1 + t * (f2 + t * f3)), f1 + t * (2.0 * f2 + 3.0 * t * f3)
-        rows[1, i], rows[3, i] = g0 + t * (g1 + t * (g2 + t * g3)), g1 + t * (2.0 * g2 + 3.0 * t * g3)
+        rows[1, i], rows[BY_Y, i] = g0 + t * (g1 + t * (g2 + t * g3)), g1 + t * (2.0 * g2 + 3.0 * t * g3)
     for i in range(n):
         scale = sensors[3, i]
         slope = -2.0 * CELLS * scale * rows[_OCTAVE, i] * sensors[2, i]
-        f, f_slope, g, g_slope = scale * rows[0, i], slope * rows[2, i], scale * rows[1, i], slope * rows[3, i]
-        _pair(rows, i, rows[_DY, i], rows[_DZ, i], f, f_slope, g, g_slope)
+        rows[0, i], rows[1, i] = scale * rows[0, i], scale * rows[1, i]
+        rows[2, i], rows[BY_Y, i] = slope * rows[2, i], slope * rows[BY_Y, i]
 
 
-FIT, project, slopes, information, keep, climb, covariance = kernel(Point, point_field, looks=False)
+FIT, project, slopes, information, keep, climb, covariance = kernel(Point, point_field, read=read, looks=False)
