@@ -20,13 +20,7 @@ RECORDS = {"fit", "found", "options", "row", "state", "work"}
 
 TO_DO = {
     "estimate/area/fall.py",
-    "estimate/area/in_place.py",
-    "estimate/area/judge.py",
-    "estimate/area/project.py",
-    "estimate/area/round_judge.py",
     "estimate/area/round_project.py",
-    "estimate/area/scan.py",
-    "estimate/area/tops.py",
     "estimate/climb.py",
     "estimate/evidence/_area_kernel.py",
     "estimate/evidence/_edge_kernel.py",

@@ -259,7 +259,7 @@ def in_place_frames(readings, rows, mix, model, typical, settings, out):
         model.z,
         settings.limits,
     )
-    r, load, found, more = np.empty(n), np.empty(3), np.empty(3), np.zeros(3)
+    r, load, best_force, more = np.empty(n), np.empty(3), np.empty(3), np.zeros(3)
     cost, score, at = np.empty(values.shape[:2]), np.empty(_MOST), np.empty((_MOST, 2), dtype=np.int64)
     fits, ends = np.zeros(_MOST + 1, FIT), np.empty(_MOST)
     room = _Room(
@@ -297,15 +297,15 @@ def in_place_frames(readings, rows, mix, model, typical, settings, out):
                         cost[j, k] = _cost(r, common, values[p, q], variance[p, q], load, limits, room, fit)
                         if cost[j, k] < best:
                             best = cost[j, k]
-                            found[0], found[1], found[2] = fit.n, fit.ty, fit.tz
+                            best_force[0], best_force[1], best_force[2] = fit.n, fit.ty, fit.tz
                 size, moved = 0.0, 0.0
                 for j in range(3):
-                    moved += (abs(found[j]) - abs(load[j])) ** 2
-                    size += found[j] ** 2
+                    moved += (abs(best_force[j]) - abs(load[j])) ** 2
+                    size += best_force[j] ** 2
                 if not moved > 0.01 * size:
                     break
                 for j in range(3):
-                    load[j] = found[j]
+                    load[j] = best_force[j]
             for j in range(first):  # the lowest nodes of the scan, each lower than its neighbours
                 for k in range(second):
                     here_is = cost[j, k]

@@ -18,6 +18,7 @@ from ..varpro import Ending
 from .fall import ROUND, beyond_near, falls
 from .point import Point, climb, project
 from .scan import shares_of_eight
+from .tiles import BASIS, COUNT, NODES, ROWS, SHAPES, STRIDE
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and five more."""
@@ -31,13 +32,16 @@ _ODD, _LEVEL, _HIGHER = 1.25, 4.0, 0.1
 """Ratio of variances from which it is none; least fall to the farther distance; what counts as higher than the top."""
 _CLOSE = 0.25
 """Depths off the top up to which `fall.falls` is asked."""
-_COVARIANCE = AREA.covariance
+_YY, _YZ, _YN, _YTY, _YTZ, _ZZ, _ZN, _ZTY, _ZTZ, _NN, _NTY, _NTZ, _TYTY, _TYTZ, _TZTZ = range(
+    AREA.covariance, AREA.covariance + 15
+)
+"""Columns of a row's covariance."""
 
 
 @compiled(inline=True)
 def widest_variance(row):
     """The largest variance of a direction in (y, z)."""
-    yy, yz, zz = row[_COVARIANCE], row[_COVARIANCE + 1], row[_COVARIANCE + 5]
+    yy, yz, zz = row[_YY], row[_YZ], row[_ZZ]
     half = 0.5 * (yy - zz)
     return 0.5 * (yy + zz) + math.sqrt(half * half + yz * yz)
 
@@ -47,8 +51,8 @@ def unsure(fit, row, largest, box):
     """Whether the readings leave open the position, or the direction of the force by a radian."""
     if not largest < (box[1] - box[0]) ** 2 + (box[3] - box[2]) ** 2:
         return True
-    n, ty, tz, c = fit.n, fit.ty, fit.tz, _COVARIANCE
-    c00, c01, c02, c11, c12, c22 = row[c + 9], row[c + 10], row[c + 11], row[c + 12], row[c + 13], row[c + 14]
+    n, ty, tz = fit.n, fit.ty, fit.tz
+    c00, c01, c02, c11, c12, c22 = row[_NN], row[_NTY], row[_NTZ], row[_TYTY], row[_TYTZ], row[_TZTZ]
     force2 = n * n + ty * ty + tz * tz
     along = n * (n * c00 + 2 * (ty * c01 + tz * c02)) + ty * (ty * c11 + 2 * tz * c12) + tz * tz * c22
     return not (c00 + c11 + c22) * force2 - along < force2 * force2
@@ -86,10 +90,10 @@ def is_broad(w, tiles, t, at, explained, row, largest, settings):
     load's; largest: its variance.
     """
     index, origin, basis, shapes = tiles.table, tiles.origin, tiles.basis, tiles.shapes
-    n, padded, nodes, rows, stride = w.size, index[t, 1], index[t, 3], index[t, 5], index[t, 6]
+    n, padded, nodes, rows, stride = w.size, index[t, COUNT], index[t, NODES], index[t, ROWS], index[t, STRIDE]
     columns = stride - 1
     y, z, hy, hz = at.y, at.z, origin[t, 2], origin[t, 3]
-    yy, yz, zz = row[_COVARIANCE], row[_COVARIANCE + 1], row[_COVARIANCE + 5]
+    yy, yz, zz = row[_YY], row[_YZ], row[_ZZ]
     least = settings.broad
     reach = max(6.0 * math.sqrt(largest), least)
     wide = max(1.8 * reach, reach + 1.5 * max(hy, hz))
@@ -102,7 +106,7 @@ def is_broad(w, tiles, t, at, explained, row, largest, settings):
         k0, k1 = max(int((z - away - origin[t, 1]) / hz), 0), min(int((z + away - origin[t, 1]) / hz) + 2, columns)
         begin, end = j * stride + k0, j * stride + k1
         for p in range(begin - begin % EIGHT, end, EIGHT):
-            c0, c1, c2 = shares_of_eight(w, n, basis, index[t, 2] + 3 * padded * p, padded)
+            c0, c1, c2 = shares_of_eight(w, n, basis, index[t, BASIS] + 3 * padded * p, padded)
             some = answers(c0 * c0 + c1 * c1 + c2 * c2 >= nearly)  # of the others not even a load that pulls is enough
             for lane in range(EIGHT if some > 0 else 0):
                 e = p + lane - j * stride
@@ -112,7 +116,10 @@ def is_broad(w, tiles, t, at, explained, row, largest, settings):
                 far = (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) * inverse
                 if far > 36.0 and least * least < dy * dy + dz * dz < wide * wide:
                     s0, s1, s2 = one_of(c0, lane), one_of(c1, lane), one_of(c2, lane)
-                    if at_node(shapes, index[t, 4] + p + lane, nodes, s0, s1, s2, settings.limits.friction) > enough:
+                    if (
+                        at_node(shapes, index[t, SHAPES] + p + lane, nodes, s0, s1, s2, settings.limits.friction)
+                        > enough
+                    ):
                         return True
     return False
 
@@ -124,13 +131,13 @@ def beside(w, search, room, best, second, row):
     Few sensors, or strains along the depth where nu < 1/2, leave pairs of tops a fifth of a depth apart and more: climb
     once more from four sides, and from where a load with the drag reversed would read about the same.
     """
-    settings, fits, c = search.settings, room.fits, _COVARIANCE
+    settings, fits = search.settings, room.fits
     fit, box, ending = fits[best], settings.box, Ending(FINE, settings.smallest, 0.0, -math.inf)
-    turn = 0.5 * math.atan2(2.0 * row[c + 1], row[c] - row[c + 5])
+    turn = 0.5 * math.atan2(2.0 * row[_YZ], row[_YY] - row[_ZZ])
     away, y0, z0 = max(_ASIDE * settings.broad, 3.0 * math.sqrt(widest_variance(row))), fit.y, fit.z
-    along, across = row[c + 12], row[c + 14]
-    to_y = -2.0 * fit.ty * row[c + 3] / along if along > 0.0 else 0.0
-    to_z = -2.0 * fit.tz * row[c + 8] / across if across > 0.0 else 0.0
+    along, across = row[_TYTY], row[_TZTZ]
+    to_y = -2.0 * fit.ty * row[_YTY] / along if along > 0.0 else 0.0
+    to_z = -2.0 * fit.tz * row[_ZTZ] / across if across > 0.0 else 0.0
     for side in range(5 if abs(to_y) + abs(to_z) < box[1] - box[0] else 4):
         p, to = MOST + 1 + side, turn + 0.5 * math.pi * side
         at = Point(y0 + away * math.cos(to), z0 + away * math.sin(to))
@@ -181,10 +188,9 @@ def look_round(w, near_w, near, search, room, fit, row):
     readings and the model of the sensors that count.
     """
     model, settings, lanes, ratio, more = search.model, search.settings, room.lanes, room.ratio, room.more
-    limits, box, root, fall = settings.limits, settings.box, room.root, lanes[:8]
+    limits, box, root, fall = settings.limits, settings.box, room.root, lanes[:EIGHT]
     trial, best = room.trials[0], room.trials[1]
-    c = _COVARIANCE
-    root_of(row[c], row[c + 1], row[c + 5], root)
+    root_of(row[_YY], row[_YZ], row[_ZZ], root)
     more[0] = more[1] = more[2] = 0.0
     base, shape, widest = fit.explained, 0, 0.0
     close = 0.0
@@ -244,8 +250,8 @@ def outside(w, single, search, beyond, kept, lane, least, tried, room):
     """
     index, basis, shapes = beyond.tiles.table, beyond.tiles.basis, beyond.tiles.shapes
     nodes, held, settings = beyond.nodes, beyond.held, search.settings
-    padded, m, count, n = index[0, 1], index[0, 3], index[0, 6], w.size
-    top, best, fit = room.ratio[:4], room.ratio[4:8], room.trials[0]
+    padded, m, count, n = index[0, COUNT], index[0, NODES], index[0, STRIDE], w.size
+    top, best, fit = room.ratio[:4], room.ratio[4:], room.trials[0]
     for b in range(4):
         top[b], best[b] = least, -1.0
     for p in range(count):
@@ -258,10 +264,10 @@ def outside(w, single, search, beyond, kept, lane, least, tried, room):
                 continue
             tried[p] = np.float32(1)
             b, needed = int(nodes[p, 2]), nodes[p, 3]
-            c0, c1, c2 = node_shares(single, basis, index[0, 2] + 3 * padded * p, padded, n)
+            c0, c1, c2 = node_shares(single, basis, index[0, BASIS] + 3 * padded * p, padded, n)
             if c0 * c0 + c1 * c1 + c2 * c2 < needed * top[b]:
                 continue  # not even a load that pulls, at most nodes of most frames
-            explained = at_node(shapes, index[0, 4] + p, m, c0, c1, c2, settings.limits.friction)
+            explained = at_node(shapes, index[0, SHAPES] + p, m, c0, c1, c2, settings.limits.friction)
             if explained >= needed * top[b]:
                 top[b], best[b] = explained / needed, float(p)
     for b in range(4):

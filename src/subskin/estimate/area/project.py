@@ -44,6 +44,7 @@ _BARE = 7
 _ALL = (1 << EIGHT) - 1
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _FORCES, _COVARIANCE, _RESIDUAL = AREA.components, AREA.covariance, AREA.residual
+_Y, _Z = 0, 1
 _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
 
 
@@ -108,7 +109,7 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
     if more[0] != 0.0 or shape < 0:
         covariance(fit, limits, more, spread_of)
     explained, row[_RESIDUAL] = fit.explained, fit.left
-    row[0], row[1] = fit.y, fit.z
+    row[_Y], row[_Z] = fit.y, fit.z
     row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = fit.n, fit.ty, fit.tz
     if second >= 0:
         other, rival = fits[second], row[_RIVAL:]

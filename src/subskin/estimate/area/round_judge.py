@@ -9,7 +9,12 @@ from ..varpro import Ending
 from .judge import FINE
 from .round_contact import RoundAt, climb, information
 from .scan import taken, within
+from .tiles import NODES, SHAPES, STRIDE
 
+_LOW, _HIGH = 4, 5
+"""Where a box has the ends of q."""
+_TURN, _END = 5, 6
+"""Where a side has the move of a moment, and the end of q."""
 MORE = 6
 """Climbs of `further_tops`."""
 _SURE, _SURE2 = 1.959964, 3.841459
@@ -53,7 +58,7 @@ def further_tops(w, model, limits, box, away, best, count, tops, trial):
     for side in range(MORE):
         to_y = y + (away if side == 0 else -away if side == 1 else 0.0)
         to_z = z + (away if side == 2 else -away if side == 3 else 0.0)
-        to_q = box[4] if side == 4 else box[5] if side == 5 else q
+        to_q = box[_LOW] if side == 4 else box[_HIGH] if side == 5 else q
         if side < 4 or abs(math.sqrt(to_q) - math.sqrt(q)) > away:
             climb(w, model, limits, box, RoundAt(to_y, to_z, to_q), ending, tops[count], trial)
             count += 1
@@ -66,7 +71,7 @@ def _moved(fit, best, deviations, moves):
     over = 1.0 / deviations
     moves[0], moves[1] = over * (fit.y - best.y), over * (fit.z - best.z)
     moves[2], moves[3], moves[4] = over * (fit.n - best.n), over * (fit.ty - best.ty), over * (fit.tz - best.tz)
-    moves[5] = over * (fit.moment - best.moment)
+    moves[_TURN] = over * (fit.moment - best.moment)
 
 
 @compiled(borrows=True)
@@ -81,25 +86,25 @@ def width_profile(w, model, limits, box, best, only, trials, sides):
     minor = told.y_y * told.z_z - told.y_z * told.y_z
     first, second = told.z_z * told.y_q - told.y_z * told.z_q, told.y_y * told.z_q - told.y_z * told.y_q
     alone = told.q_q - (told.y_q * first + told.z_q * second) / minor
-    q, whole, ending = best.q, box[5] - box[4], Ending(0.1 * FINE, 0.0, 0.0, -math.inf)
+    q, whole, ending = best.q, box[_HIGH] - box[_LOW], Ending(0.1 * FINE, 0.0, 0.0, -math.inf)
     reach = _SURE / math.sqrt(alone) if alone * whole * whole > _SURE2 else whole
     for k in range(4):
         only[k] = box[k]
     shut = 0
     for side in range(2):
-        sign, limit = (1.0 if side else -1.0), box[4 + side]
-        sides[side, 6], closed, drop = limit, True, 0.0
+        sign, limit = (1.0 if side else -1.0), box[_LOW + side]
+        sides[side, _END], closed, drop = limit, True, 0.0
         to, y, z = q + sign * reach, best.y, best.z
         for k in range(6):
             sides[side, k] = 0.0
         for _ in range(_TRIES if limit != q else 0):
-            here = min(max(to, box[4]), box[5])
-            only[4] = only[5] = here
+            here = min(max(to, box[_LOW]), box[_HIGH])
+            only[_LOW] = only[_HIGH] = here
             climb(w, model, limits, only, RoundAt(y, z, here), ending, fit, trials[1])
             drop, y, z = best.explained - fit.explained, fit.y, fit.z
             if drop < -0.1:
                 return False
-            sides[side, 6], closed = here, here == limit and drop < _SURE2
+            sides[side, _END], closed = here, here == limit and drop < _SURE2
             if closed or abs(drop - _SURE2) < 0.05 * _SURE2:
                 break
             to = q + (here - q) * min(max(math.sqrt(_SURE2 / max(drop, _LEAST)), 0.3), 3.0)
@@ -107,7 +112,7 @@ def width_profile(w, model, limits, box, best, only, trials, sides):
             shut += 1 + side
         else:
             longer = math.sqrt(_SURE2 / max(drop, _LEAST))
-            sides[side, 6] = min(max(q + (sides[side, 6] - q) * longer, box[4]), box[5])
+            sides[side, _END] = min(max(q + (sides[side, _END] - q) * longer, box[_LOW]), box[_HIGH])
         if limit != q:
             _moved(fit, best, sign * (_SURE if closed else math.sqrt(max(drop, _LEAST))), sides[side])
     for k in range(6):  # the side that the search cuts short says less than the other one
@@ -132,17 +137,17 @@ def contact_outside(w, single, model, limits, beyond, t, widths, seen, least, ro
         picked[b, 3] = -1.0
     for j in range(widths.size):
         e = t + j * (w.size + 1)
-        m, count, start = index[e, 3], index[e, 6], int(tiles.origin[e, 0])
+        m, count, start = index[e, NODES], index[e, STRIDE], int(tiles.origin[e, 0])
         if count == 0:
             continue
         taken(single, single, tiles, e, c, c)
-        within(tiles.shapes[index[e, 4] : index[e, 4] + 9 * m].reshape((9, m)), limits.friction, c, s[:m])
+        within(tiles.shapes[index[e, SHAPES] : index[e, SHAPES] + 9 * m].reshape((9, m)), limits.friction, c, s[:m])
         for p in range(count):
             b = int(nodes[start + p, 2])
             if s[p] >= nodes[start + p, 3] * picked[b, 0]:
                 picked[b, 0] = s[p] / nodes[start + p, 3]
                 picked[b, 1], picked[b, 2], picked[b, 3] = nodes[start + p, 0], nodes[start + p, 1], widths[j]
-    only[4], only[5] = box[4], box[5]
+    only[_LOW], only[_HIGH] = box[_LOW], box[_HIGH]
     for b in range(4):
         if picked[b, 3] >= 0.0:
             for k in range(4):

@@ -13,8 +13,11 @@ import numpy as np
 
 from ..._compiled import compiled
 from ..._lanes import EIGHT, alike, answers, eight, first_of, put, where
+from .tiles import BASIS, COUNT, NEAR, NODES, ORDER
 
 TINY = np.float32(1e-30)
+_R22, _OVER = 5, 6
+"""Rows of shapes: the last entry of the columns, and where 1 over those of the diagonal begin."""
 HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float32(0)
 
 
@@ -70,14 +73,14 @@ def taken(w, v, tiles, t, c, d):
     The table is read once for both; one frame may be both. Given are the squares of the readings that count.
     """
     index, near, basis = tiles.table, tiles.near, tiles.basis
-    i0, k, at, m = index[t, 0], index[t, 1], index[t, 2], index[t, 3]
+    i0, k, at, m = index[t, NEAR], index[t, COUNT], index[t, BASIS], index[t, NODES]
     readings, total, other = c[3 * m :], NOUGHT, NOUGHT
     for i in range(k):
         r, s = w[near[i0 + i]], v[near[i0 + i]]
         readings[i], readings[k + i] = r, s
         total += r * r
         other += s * s
-    if index[t, 7] == 2:
+    if index[t, ORDER] == 2:
         _shares_by_eights(readings, k, basis, at, m, c, d)
     else:
         _shares(readings, k, basis, at, m, c, d)
@@ -96,11 +99,11 @@ def within(shapes, mu, c, s):
     for p in range(m):
         c0, c1, c2 = c[p], c[m + p], c[2 * m + p]
         r00, r01, r02, r11, r12, r22 = (
-            shapes[0, p], shapes[1, p], shapes[2, p], shapes[3, p], shapes[4, p], shapes[5, p]
+            shapes[0, p], shapes[1, p], shapes[2, p], shapes[3, p], shapes[4, p], shapes[_R22, p]
         )  # fmt: skip
-        tz = c2 * shapes[8, p]
-        ty = (c1 - r12 * tz) * shapes[7, p]
-        n = (c0 - r01 * ty - r02 * tz) * shapes[6, p]
+        tz = c2 * shapes[_OVER + 2, p]
+        ty = (c1 - r12 * tz) * shapes[_OVER + 1, p]
+        n = (c0 - r01 * ty - r02 * tz) * shapes[_OVER, p]
         t2 = ty * ty + tz * tz
         lean = steep / np.sqrt(t2 + TINY)
         ey, ez = lean * ty, lean * tz

@@ -20,10 +20,12 @@ from ...prepared import Prepared
 from ...radial import RadialResponse
 
 __all__ = [
-    "STRONG", "Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strength",
-    "tiles_of",
+    "BASIS", "COUNT", "NEAR", "NODES", "ORDER", "ROWS", "SHAPES", "STRIDE", "STRONG", "Response", "SomeSensors",
+    "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strength", "tiles_of",
 ]  # fmt: skip
 
+NEAR, COUNT, BASIS, NODES, SHAPES, ROWS, STRIDE, ORDER = range(8)
+"""Columns of a table of tiles."""
 STRONG = 0.7
 """Share of the strongest reading from which a sensor may be the strongest one with noise."""
 _ENERGY, _MOST_NEAR = 0.98, 64

@@ -11,6 +11,7 @@ from ..varpro import Ending
 from .judge import FINE, MOST
 from .point import Point, PointModel, climb
 from .scan import peaks, within
+from .tiles import COUNT, NEAR, NODES, SHAPES, STRIDE
 
 _SMALL = 24
 """Sensors of which all are fitted at once; of more, first those near the strongest."""
@@ -19,7 +20,7 @@ _SMALL = 24
 @compiled(inline=True)
 def nearby(w, model, tiles, t, part):
     """Readings and model of the sensors that count in tile t, where these are few; else of all."""
-    i0, k = tiles.table[t, 0], tiles.table[t, 1]
+    i0, k = tiles.table[t, NEAR], tiles.table[t, COUNT]
     near_w, near = w, model
     if 4 * k < 3 * w.size and w.size > _SMALL:
         near_w, first = part[:k], tiles.first[i0 + t : i0 + t + k + 1]
@@ -39,8 +40,8 @@ def tops_of(w, search, room, t, total, c, most, share):
         search.tiles, search.settings, search.model, room.fits, room.heights, room.lead
     )  # fmt: skip
     index, origin, at, score = tiles.table, tiles.origin, room.at, room.score
-    i0, k, m, stride = index[t, 0], index[t, 1], index[t, 3], index[t, 6]
-    shapes = tiles.shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m))
+    i0, k, m, stride = index[t, NEAR], index[t, COUNT], index[t, NODES], index[t, STRIDE]
+    shapes = tiles.shapes[index[t, SHAPES] : index[t, SHAPES] + 9 * m].reshape((9, m))
     within(shapes, settings.limits.friction, c, heights[lead : lead + m])
     for p in range(lead + m, lead + m + stride + 2):
         heights[p] = np.float32(-1)
