@@ -54,9 +54,9 @@ def peer(
 ) -> tuple[float, np.ndarray]:
     """Processor seconds a frame and pressures of a loop over nnls, with the Hessian's factor for the stacked matrix."""
     y = found.y
-    sigma = np.asarray(mapper.array.noise)
+    sigma, hats = np.asarray(mapper.array.noise), mapper._hats(mapper.array.live)
     step, m = y[1] - y[0], len(y) - 2
-    normal, tangential = np.moveaxis(mapper._surface.reading / sigma[:, None], 2, 0)
+    normal, tangential = hats.columns(0), hats.columns(1)
     stiffness = (2 * np.eye(m) - np.eye(m, k=1) - np.eye(m, k=-1)) / step
     cost = mapper.least_force * np.linalg.norm(normal, axis=1).max()
     plain = normal @ normal.T

@@ -68,22 +68,15 @@ class Peers:
 
     def same(self, frames: np.ndarray, found: ss.estimate.PressureImage) -> float:
         """Processor seconds a frame of nnls with the factor of the whole Hessian; checks that the pressures agree."""
-        level = self.mapper._prepare(self.mapper.array.live)[0].fine
-        ny, nz = level.sizes[:2]
-        m = ny * nz
-        stiff = np.zeros((m, m))
-        y, z = np.divmod(np.arange(m), nz)
-        for dy in (-1, 0, 1):
-            for dz in (-1, 0, 1):
-                there = (0 <= y + dy) & (y + dy < ny) & (0 <= z + dz) & (z + dz < nz)
-                stiff[np.flatnonzero(there), np.flatnonzero(there) + dy * nz + dz] = level.stencil[abs(dy), abs(dz)]
+        mapper = self.mapper
+        stiff, cost = mapper._surface.prior.form.toarray(), mapper._pull(mapper._hats(mapper.array.live))
         start = time.thread_time()
         answers = []
         for f, frame in enumerate(frames / self.noise):
             t = found.tangential_force[f] / found.normal_force[f]
             columns = self.parts[0] + sum(a * part for a, part in zip(t, self.parts[1:], strict=False))
             root = np.linalg.cholesky(columns @ columns.T + found.weight[f] * stiff)
-            answers.append(nnls(root.T, np.linalg.solve(root, columns @ frame - level.cost), maxiter=10 * m)[0])
+            answers.append(nnls(root.T, np.linalg.solve(root, columns @ frame - cost), maxiter=10 * len(stiff))[0])
         took = (time.thread_time() - start) / len(frames)
         mine = found.pressure[:, 1:-1, 1:-1].reshape(len(frames), -1)
         assert np.abs(mine - answers).max() < 1e-6 * mine.max()

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.estimate.pressure import _area_solver as solver
-from subskin.estimate.pressure import _on_area, area_mapper
-from subskin.estimate.pressure._solver import factored, forward
+from subskin.estimate.pressure import _elements
+from subskin.estimate.pressure import _solver as solver
+from subskin.estimate.pressure._algebra import factored, forward
 from subskin.estimate.pressure._windows import windows
 from subskin.estimate.pressure.hats import AT_ONCE, LANES, REGISTERS
 
@@ -60,21 +60,21 @@ class Searched:
         finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
         mapper = ss.estimate.ImageMapper(finger)
         frame = finger.read(ss.RoundHertz(1.5, angle=0.2, half_width=2e-3), np.random.default_rng(3))
-        self.level = tuple(mapper._prepare(array.live)[0].fine)
-        self.work = area_mapper._works(mapper._prepare(array.live)[0], 256)[1]
+        self.level = _elements.Level(*mapper._prepare(array.live)[0].fine)
+        self.work = _elements.Work.of(self.level, 36, 256, 1)
         self.b = frame / np.asarray(array.noise)
         hats, prior = mapper._hats(array.live), mapper._surface.prior
         self.parts = np.stack([hats.columns(i) for i in range(3)])
-        self.form, self.cost = prior.form.toarray(), self.level[6]
+        self.form, self.cost = prior.form.toarray(), self.level.cost
         ny, nz = prior.shape
         y, z = np.divmod(np.arange(ny * nz), nz)
         self.on = (abs(y - ny // 2) <= 4) & (abs(z - nz // 2) <= 4)
         self.square = self.on.copy()
-        _on_area.forget(self.work)
-        _on_area.lean(self.level, DRAG, self.work)
-        self.count, self.reach = solver._heights(self.level, WEIGHT, True, self.b, self.on, self.work)
-        self.first = self.work[6][: self.count].copy()
-        self.gone = solver._leave(self.on, self.count, self.work)
+        _elements.forget(self.work)
+        _elements.lean(self.level, DRAG, self.work)
+        self.count, self.reach = solver.heights(self.level, WEIGHT, self.b, self.on, self.work)
+        self.first = self.work.z[: self.count].copy()
+        solver.leave(self.on, self.count, self.work)
 
     def heights(self, on: np.ndarray, t: np.ndarray) -> np.ndarray:
         """Those of the elements `on` at the drag t by dense algebra, (N,)."""
@@ -100,19 +100,19 @@ def test_heights_of_a_square(searched):
 
 def test_what_comes_out_below_zero_leaves(searched):
     expected = searched.heights(searched.square, DRAG)
-    assert searched.gone == (expected < 0).sum() > 3
+    assert searched.work.taken[_elements.AWAY] == (expected < 0).sum() > 3
     np.testing.assert_array_equal(searched.on, searched.square & (expected >= 0))
     without = searched.heights(searched.on, DRAG)
-    np.testing.assert_allclose(searched.work[6][: searched.count], without[searched.square], atol=1e-8 * without.max())
+    np.testing.assert_allclose(searched.work.z[: searched.count], without[searched.square], atol=1e-8 * without.max())
 
 
 def test_what_left_has_no_part_in_a_variance(searched):
     """The factor of all, and the directions in which x stays, give the variances of those that are left."""
     on, count = searched.on, searched.count
     weights = np.random.default_rng(0).normal(size=on.size)
-    z = weights[searched.work[5][:count]]
-    forward(searched.work[4], count, z)
-    solver.stay(searched.work[16], searched.gone, count, z)
+    z = weights[searched.work.listed[:count]]
+    forward(searched.work.lower, count, z)
+    solver.stay(searched.work, count, z)
     columns = (searched.parts[0] + DRAG[0] * searched.parts[1] + DRAG[1] * searched.parts[2])[on]
     matrix = columns @ columns.T + WEIGHT * searched.form[np.ix_(on, on)]
     assert z @ z == pytest.approx(weights[on] @ np.linalg.solve(matrix, weights[on]), rel=1e-8)
@@ -125,9 +125,10 @@ def test_products_in_single_precision(searched):
     columns = (searched.parts[0] + DRAG[0] * searched.parts[1] + DRAG[1] * searched.parts[2])[searched.square]
     expected = columns @ columns.T + WEIGHT * searched.form[np.ix_(searched.square, searched.square)]
     for exact, off in ((False, 1e-5), (True, 1e-13)):
-        _on_area.unmultiplied(work)
-        assert _on_area.hessian(level, WEIGHT, exact, work, count)
-        found = np.abs(np.tril(work[4][:count, :count]) - np.tril(expected)).max() / expected.max()
+        _elements.make_exact(work)
+        work.taken[_elements.SINGLE] = not exact
+        assert _elements.hessian(level, WEIGHT, work, count)
+        found = np.abs(np.tril(work.lower[:count, :count]) - np.tril(expected)).max() / expected.max()
         assert 0.0 < found < off
     for part, kept in zip(work, room, strict=True):
         part[...] = kept
@@ -135,8 +136,8 @@ def test_products_in_single_precision(searched):
 
 def test_heights_follow_the_drag(searched):
     level, work, count, n = searched.level, searched.work, searched.count, searched.b.size
-    x, index = work[1], work[5]
-    along, crossed, turned = np.empty((2, n)), np.empty((2, x.size)), np.empty(5)
+    x, index = work.x[0], work.listed
+    turned = solver.Turn(np.empty((2, n)), np.empty((2, x.size)), np.zeros(2), np.zeros(3), np.zeros(2))
 
     def least(t: np.ndarray) -> float:
         p = searched.heights(searched.on, t)
@@ -144,17 +145,18 @@ def test_heights_follow_the_drag(searched):
         return 0.5 * left @ left + 0.5 * WEIGHT * p @ searched.form @ p + searched.cost @ p
 
     x[:] = 0.0
-    x[index[:count]] = work[6][:count]
-    _on_area.residual(searched.b, work)
-    solver._turn(level, work, count, searched.gone, along, crossed, turned)
+    x[index[:count]] = work.z[:count]
+    _elements.residual(searched.b, work)
+    solver.turn(work, count, turned)
     h = 1e-3
     ey, ez = h * np.eye(2)
     for i, e in enumerate((ey, ez)):
-        assert turned[i] == pytest.approx((least(DRAG + e) - least(DRAG - e)) / (2 * h), rel=1e-3)
+        assert turned.slope[i] == pytest.approx((least(DRAG + e) - least(DRAG - e)) / (2 * h), rel=1e-3)
         bent = (least(DRAG + e) - 2 * least(DRAG) + least(DRAG - e)) / h**2
-        assert turned[2 + 2 * i] == pytest.approx(bent, rel=1e-2)
+        assert turned.bend[2 * i] == pytest.approx(bent, rel=1e-2)
     new, t = DRAG + np.array([2e-4, 1e-4]), DRAG.copy()
-    assert solver._follow(level, t, new, searched.on, count, crossed, work)
+    turned.new[:] = new
+    assert solver.follow(level, t, searched.on, count, turned, work)
     np.testing.assert_array_equal(t, new)
     expected, before = searched.heights(searched.on, new), searched.heights(searched.on, DRAG)
     off = np.abs(x - expected).max()

@@ -10,7 +10,7 @@ from scipy.ndimage import binary_dilation
 from scipy.optimize import nnls
 
 import subskin as ss
-from subskin.estimate.pressure import _free_inside, _free_parts, free_area
+from subskin.estimate.pressure import _cones, _elements, _inside, mapping
 from subskin.plot import pressure_image_figure
 from subskin.transducer import MagnetDisplacement
 
@@ -204,7 +204,7 @@ def test_a_batch_is_its_frames_and_room_is_made(slipping, monkeypatch):
     assert names[0] == "OK"
     assert names[2] == "NO_CONTACT"
     assert whole.used.sum(axis=1).tolist() == [75, 74, 75, 75]
-    monkeypatch.setattr(free_area, "_ROOM", 4)
+    monkeypatch.setattr(mapping, "_ROOM", 4)
     small = ss.estimate.ImageMapper(slipping.finger, shear="free", friction=FRICTION)
     for f, frame in enumerate(frames):
         np.testing.assert_allclose(small(frame).table, whole.table[f], rtol=1e-6, atol=1e-3)
@@ -213,13 +213,13 @@ def test_a_batch_is_its_frames_and_room_is_made(slipping, monkeypatch):
 def test_from_the_inside_to_the_same_minimum(slipping):
     """The interior-point method by itself, from a third of the pressures found."""
     ready = slipping.mapper._arrays[0]
-    work, level = ready._work(10_000), tuple(ready.level)
-    _, _, b, x = slipping.dense(0)
+    level, (_, _, b, x) = _elements.Level(*ready.fine), slipping.dense(0)
+    work, cones = _elements.Work.of(level, b.size, 10_000, 3), _cones.Cones.of(level)
     for j in range(x.shape[1]):
-        _free_parts.settle_in(work, j, x[0, j] / 3, 0.0, 0.0)
-    reach = 0.1 * np.abs(np.linalg.norm(level[0], axis=1).max() * np.linalg.norm(b))
-    assert _free_inside.from_inside(level, float(slipping.found.weight[0]), b, work, reach)
-    np.testing.assert_allclose(work[0], x, atol=1e-4 * x.max())
+        _cones.settle_in(work, cones, j, x[0, j] / 3, 0.0, 0.0)
+    reach = 0.1 * np.abs(np.linalg.norm(level.parts, axis=1).max() * np.linalg.norm(b))
+    assert _inside.from_inside(level, float(slipping.found.weight[0]), b, work, cones, reach)
+    np.testing.assert_allclose(work.x, x, atol=1e-4 * x.max())
 
 
 @pytest.mark.parametrize(

@@ -1,76 +1,132 @@
-"""The compiled loop of `pressure_map`: weight, pressure, angle, and what is told of them, a frame at a time.
+"""The compiled loop of a map or an image of the pressure: weight, pressure, drag, and what is told of them, by frames.
 
-A search begins on elements four times as wide, from the smoothest solution of any sign and, where an angle is sought,
-from that of the best even strip.
+A search begins on elements two or three times as wide, from the smoothest solution of any sign; along a row at the drag
+of the best even strip, on an area at none: of 390 touches none had a lesser J where it began at the true drag.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from ..._check import FloatArray
 from ..._compiled import compiled
+from ..scan import MOST_CHI2
+from . import _elements as elements
 from . import columns as column
-from ._frame import AMBIGUOUS, EDGE, OK, UNEXPLAINED, begun, next_factor
-from ._solver import settle, turn, variance_of
+from ._algebra import forward
+from ._cones import Cones, onto
+from ._elements import Level, Work
+from ._free_solver import minimise
+from ._solver import Turn, settle, stay, together
 from ._weight import HIGHEST, LOWEST, weigh
 
-_SETTLED, _NEAR = 0.01, 0.03  # of the tangent's standard deviation, on fine and on coarse elements
+OK, AMBIGUOUS, NO_CONTACT, UNEXPLAINED, PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
+
+_EDGE = 0.02
+"""Share of the force at the edge of the search from which some may lie beyond it."""
+_COARSELY = 0.05
+"""Where the search for the drag on coarse elements ends, in its standard deviations."""
+_ROUGHLY = 0.01
+"""A step of the drag's tangent after which coarse elements have said enough."""
+_BRIGHT = 0.05
+"""Share of the largest height from which a coarse element is thought to be pressed, and what lies about it too."""
+
+
+class Task(NamedTuple):
+    """What frames are weighed by, of n sensors.
+
+    Parameters
+    ----------
+    sensors : ndarray, shape (4, n)
+        Offset, 1 / noise, ends of the range.
+    largest : float
+        Chi-square above which there is a contact, and a pressure does not explain a frame.
+    friction : float
+        Bound of the drag's tangent.
+    near : float
+        Where the search for the drag ends, in its standard deviations.
+    rule : int
+        Number of the rule of the weight.
+    drags : ndarray, shape (T, 2)
+        Tangents at which there is a weight.
+    basis, squares : ndarray, shapes (T, n, n) and (T, n)
+        U^T and S^2 (`_operator.Factors`) at each.
+    spread : ndarray, shape (1 to 3, coarse N, n)
+        C A^T of pressure and drags at the coarse elements.
+    strips, gauges : ndarray, shapes (2, M, n) and (M, 3)
+        Readings of even strips of pressure and of drag, and their products; none on an area.
+    """
+
+    sensors: FloatArray
+    largest: float
+    friction: float
+    near: float
+    rule: int
+    drags: FloatArray
+    basis: npt.NDArray[np.floating]
+    squares: FloatArray
+    spread: npt.NDArray[np.float32]
+    strips: FloatArray
+    gauges: FloatArray
+
+
+class Nodes(NamedTuple):
+    """The fine elements as totals want them.
+
+    Parameters
+    ----------
+    y, z, own : ndarray, shape (N,)
+        Positions [m], and the drag that belongs to 1 Pa of each.
+    rim : ndarray of bool, shape (N,)
+        Which lie at the edge of the search.
+    area : float
+        Of one [m, or m^2].
+    wide_y, wide_z, few_z : int
+        Elements in a coarse one along y and z, and coarse ones along z.
+    row : bool
+        Whether they stand along a row: an angle then has a sign.
+    """
+
+    y: FloatArray
+    z: FloatArray
+    own: FloatArray
+    rim: npt.NDArray[np.bool_]
+    area: float
+    wide_y: int
+    wide_z: int
+    few_z: int
+    row: bool
 
 
 @compiled()
-def _guess(shapes, power, squares, w, blocks, on):
-    """Which coarse elements are > 0, from the smoothest solution; shapes (rows, n), power U^T b."""
-    rows, n = shapes.shape
-    m = rows // blocks
-    largest = 0.0
-    value = np.empty(rows)
-    for j in range(rows):
-        s = 0.0
-        for i in range(n):
-            s += shapes[j, i] * power[i] / (squares[i] + w)
-        value[j] = s
-    if blocks == 2:
-        for j in range(m):
-            value[j], value[m + j] = value[j] + value[m + j], value[j] - value[m + j]
-    for j in range(rows):
-        largest = max(largest, value[j])
-    for j in range(rows):
-        on[j] = value[j] > 0.05 * largest
+def _begun(reading, task, row, b):
+    """Whether a frame has a pressure to be found; its whitened readings into b, what else is to be said into `row`."""
+    sensors = task.sensors
+    row[:] = math.nan
+    usable, power = True, 0.0
+    for i in range(b.size):
+        usable &= sensors[2, i] < reading[i] < sensors[3, i]
+        b[i] = (reading[i] - sensors[0, i]) * sensors[1, i]
+        power += b[i] * b[i]
+    if not (usable and power < MOST_CHI2):
+        row[column.STATUS] = PENDING
+        return False
+    row[column.STATUS], row[column.RESIDUAL] = NO_CONTACT, power
+    return power > task.largest
 
 
 @compiled()
-def _finer(coarse, blocks, ratio, fine):
-    """Which elements lie at or beside those coarse ones that are > 0."""
-    mc, m = coarse.size // blocks, fine.size // blocks
-    for block in range(blocks):
-        for j in range(m):
-            left, rest = (j + 1) // ratio, (j + 1) % ratio
-            here = left > 0 and coarse[block * mc + left - 1] > 0.0
-            if rest > 0 and left < mc:
-                here |= coarse[block * mc + left] > 0.0
-            fine[block * m + j] = here
-
-
-@compiled()
-def _project(basis, b, out):
-    n = b.size
-    for i in range(n):
-        s = 0.0
-        for k in range(n):
-            s += basis[i, k] * b[k]
-        out[i] = s
-
-
-@compiled()
-def _first_lean(strips, gauges, b, most):
-    """The tangent of the one strip, of a few widths at many positions, that explains most; strips (2, M, n)."""
+def _first_lean(task, b):
+    """The tangent of the one strip, of a few widths at many positions, that explains most."""
+    strips, gauges, most = task.strips, task.gauges, task.friction
     best = lean = 0.0
-    n = b.size
     for k in range(gauges.shape[0]):
         one = two = 0.0
-        for i in range(n):
+        for i in range(b.size):
             one += strips[0, k, i] * b[i]
             two += strips[1, k, i] * b[i]
         g11, g12, g22 = gauges[k, 0], gauges[k, 1], gauges[k, 2]
@@ -84,138 +140,299 @@ def _first_lean(strips, gauges, b, most):
 
 
 @compiled()
-def _nearest(tangents, t):
+def _weighed(task, lean, b, seen):
+    """The rule's weight at a drag; U^T b goes into `seen`."""
+    basis, n = task.basis[lean], b.size
+    power = np.empty(n)
+    for i in range(n):
+        s = 0.0
+        for k in range(n):
+            s += basis[i, k] * b[k]
+        seen[i] = s
+        power[i] = s * s
+    return math.exp(weigh(power, task.squares[lean], task.rule))
+
+
+@compiled()
+def _smoothest(task, lean, seen, w):
+    """Heights of the smoothest solution of any sign, at the coarse elements, by part."""
+    basis, squares, n = task.basis[lean], task.squares[lean], seen.size
+    inner = np.zeros(n)
+    for i in range(n):
+        s = seen[i] / (squares[i] + w)
+        for k in range(n):
+            inner[k] += s * basis[i, k]
+    parts = np.empty(task.spread.shape[:2])
+    for part in range(parts.shape[0]):
+        for j in range(parts.shape[1]):
+            s = 0.0
+            for i in range(n):
+                s += task.spread[part, j, i] * inner[i]
+            parts[part, j] = s
+    return parts
+
+
+@compiled()
+def _nearest(drags, t):
     best = 0
-    for k in range(tangents.size):
-        if abs(tangents[k] - t) < abs(tangents[best] - t):
+    for k in range(1, len(drags)):
+        if math.hypot(t[0] - drags[k, 0], t[1] - drags[k, 1]) < math.hypot(
+            t[0] - drags[best, 0], t[1] - drags[best, 1]
+        ):
             best = k
     return best
 
 
 @compiled()
-def _totals(row, level, work, count, t, b, surface, sums, along):
-    """Forces, angle and centre with their standard deviations, how well the minimum is met, and the status."""
-    parts, cost = level[0], level[4]
-    columns, x, slope, _, lower, index, z, c = work
-    y, scales = surface[0], surface[1]
-    step, friction, blocks, ratio = scales[0], scales[1], int(scales[2]), int(scales[3])
-    total, n = columns.shape
-    m = y.size
-    reach = worst = normal = tangential = moment = edge = 0.0
-    for j in range(total):
-        s = -cost[j]
-        for i in range(n):
-            s += columns[j, i] * b[i]
-        reach = max(reach, abs(s))
-        worst = max(worst, abs(slope[j]) if x[j] > 0.0 else -slope[j])
-        position = j % m
-        lean = friction * (1.0 - 2.0 * (j // m)) if blocks == 2 else t
-        sums[0, j], sums[1, j] = step, step * lean
-        normal += step * x[j]
-        tangential += step * x[j] * lean
-        moment += step * x[j] * y[position]
-        if min(position, m - 1 - position) < ratio:
-            edge += step * x[j]
-    centre, tangent = moment / normal, tangential / normal
-    row[column.OPTIMALITY] = worst / reach
-    row[column.FORCES], row[column.FORCES + 1], row[column.CENTRE] = normal, tangential, centre
-    row[column.ANGLE], row[column.ANGLE_STD] = math.atan(tangent), 0.0
-    for j in range(total):
-        sums[2, j] = step * (y[j % m] - centre) / normal
-        sums[3, j] = (sums[1, j] - tangent * sums[0, j]) / normal
-    curve = math.inf
-    if parts.shape[0] > 1:
-        curve = turn(parts, work, count, along)[1]
-    for k in range(4):
-        variance = variance_of(lower, count, index, sums[k], z)
-        if parts.shape[0] > 1:
-            pull = normal if k == 1 else 1.0 if k == 3 else 0.0  # by t itself, and by what follows from t
-            for i in range(count):
-                pull -= z[i] * c[i]
-            variance += pull * pull / curve
-        sums[k, 0] = math.sqrt(variance)
-    row[column.FORCE_STD], row[column.FORCE_STD + 1], row[column.CENTRE_STD] = sums[0, 0], sums[1, 0], sums[2, 0]
-    row[column.ANGLE_STD] = sums[3, 0] / (1.0 + tangent * tangent)
-    # what lies at the edge may lie beyond it; and the angle may be any
-    row[column.STATUS] = AMBIGUOUS if edge > EDGE * normal or not row[column.ANGLE_STD] < 1.0 else OK
+def _as_at(drag, t, b, work, out):
+    """Readings b, of a drag t, as they were at another `drag`, by the coarse pressure: a weight is known there.
 
-
-@compiled()
-def _curves(row, x, shares, squares, prior, w, surface):
-    """Pressure and shear along the surface, and their standard deviations."""
-    scales = surface[1]
-    friction, blocks, m = scales[1], int(scales[2]), surface[0].size
-    at = column.WIDTH
-    known = 1.0 / (squares + w)
-    for block in range(blocks):
-        row[at] = row[at + m + 1] = row[at + m + 2] = row[at + 2 * m + 3] = 0.0
-        for j in range(m):
-            one = x[j]
-            if blocks == 2:
-                one = x[j] + x[m + j] if block == 0 else friction * (x[j] - x[m + j])
-            row[at + 1 + j] = one
-            s = prior[block * m + j]
-            for i in range(squares.size):
-                s -= shares[block * m + j, i] * known[i]
-            row[at + m + 3 + j] = math.sqrt(max(s, 0.0) / w) * (friction if block == 1 else 1.0)
-        at += 2 * (m + 2)
-
-
-@compiled()
-def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
-    """Fill `out`, a row of `WIDTH` columns and the nodes' values for each frame of `readings` (frames, n).
-
-    sensors (4, n): offset, 1 / noise, ends of the range. factors: tangents (T,), U^T (T, n, n), S^2 (T, n), squares of
-    V (T, rows, n), diagonal of C (rows,), V at the coarse nodes (T, coarse rows, n). fine, coarse: as in `settle`.
-    surface: y of the
-    inner nodes; step, friction, blocks, elements in a coarse one; strips (2, M, n) and their products (M, 3).
-    options: rule, no contact below, unexplained above.
+    Sensors that see drags well would else take the difference for a rough pressure.
     """
-    tangents, basis, squares, shares, prior, starts = factors
-    _, scales, strips, gauges = surface
-    blocks, ratio = int(scales[2]), int(scales[3])
-    kind, silent, largest = int(options[0]), options[1], options[2]
-    frames, n = readings.shape
-    total, total_c = fine[2].size, coarse[2].size
-    turns = fine[0].shape[0] > 1
-    b, r, power, squared = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    x, on, lower = np.empty(total), np.empty(total, dtype=np.bool_), np.empty((total, total))
-    x_c, on_c, lower_c = np.empty(total_c), np.empty(total_c, dtype=np.bool_), np.empty((total_c, total_c))
-    index, z, c = np.empty(total, dtype=np.int64), np.empty(total), np.empty(total)
-    work = (fine[0][0].copy(), x, np.empty(total), r, lower, index, z, c)
-    work_c = (coarse[0][0].copy(), x_c, np.empty(total_c), r, lower_c, index, z, c)
-    along, sums = np.empty(n), np.zeros((4, total))
-    for f in range(frames):
-        row = out[f]
-        if not begun(readings[f], sensors, silent, row, b):
+    x, drags = work.x[0], work.drags
+    out[:] = b
+    for j in range(x.size):
+        if x[j] > 0.0:
+            for part in range(drags.shape[0]):
+                by = x[j] * (drag[part] - t[part])
+                for i in range(b.size):
+                    out[i] += by * drags[part, work.rows[j], i]
+
+
+@compiled()
+def _between(coarse, nodes, nz, bright, out):
+    """Values at coarse elements, drawn to those between them; of one that is not `bright`, the middle alone is 1."""
+    wide_y, wide_z = nodes.wide_y, nodes.wide_z
+    out[:] = 0.0
+    for j in range(coarse.size):
+        if coarse[j] == 0.0:
             continue
-        t = _first_lean(strips, gauges, b, tangents[-1]) if turns else 0.0
-        for level in range(2 if turns else 1):
-            lean = _nearest(tangents, t)
-            _project(basis[lean], b, power)
-            for i in range(n):
-                squared[i] = power[i] * power[i]
-            w = math.exp(weigh(squared, squares[lean], kind))
-            if level == 0:
-                _guess(starts[lean], power, squares[lean], w, blocks, on_c)
-                t, count = settle(coarse, t, tangents[0], tangents[-1], w, b, on_c, work_c, _NEAR)
-        if count < 0:
-            x_c[:] = 1.0
-        _finer(x_c, blocks, ratio, on)
-        chi2, factor = math.inf, 1.0
-        lowest, highest = math.exp(LOWEST) * squares[lean, n - 1], math.exp(HIGHEST) * squares[lean, n - 1]
+        y, z = wide_y * (j // nodes.few_z) + wide_y - 1, wide_z * (j % nodes.few_z) + wide_z - 1
+        if abs(coarse[j]) <= bright:
+            out[y * nz + z] += 1.0
+            continue
+        for dy in range(1 - wide_y, wide_y):
+            for dz in range(1 - wide_z, wide_z):
+                share = (1.0 - abs(dy) / wide_y) * (1.0 - abs(dz) / wide_z)
+                out[(y + dy) * nz + z + dz] += share * (coarse[j] if bright < 0.0 else 1.0)
+
+
+@compiled(inline=True)
+def _searched(task, coarse, nodes, nz, b, seen, t, on, rough, turned, scratch):
+    """Weight, drag and pressed elements to begin with, by coarse elements: the number of the drag, and the weight."""
+    on_coarse = np.empty(rough.x.shape[1], dtype=np.bool_)
+    leans = coarse.parts.shape[0] > 1
+    t[0], t[1] = _first_lean(task, b) if leans else 0.0, 0.0
+    lean = _nearest(task.drags, t)
+    w = _weighed(task, lean, b, seen)
+    parts = _smoothest(task, lean, seen, w)
+    largest = 0.0
+    for j in range(on_coarse.size):
+        for part in range(1, len(parts)):
+            parts[0, j] += task.drags[lean, part - 1] * parts[part, j]
+        largest = max(largest, parts[0, j])
+    for j in range(on_coarse.size):
+        on_coarse[j] = parts[0, j] > _BRIGHT * largest
+    count = together(coarse, t, task.friction, w, b, on_coarse, _COARSELY, _ROUGHLY, rough, turned)[0]
+    if elements.crowded(rough):
+        return lean, w
+    if leans:
+        lean, same = _nearest(task.drags, t), b
+        if not nodes.row:
+            same = turned.along[0]
+            _as_at(task.drags[lean], t, b, rough, same)
+        w = _weighed(task, lean, same, seen)
+    for j in range(on_coarse.size):
+        rough.x[0, j] = max(rough.x[0, j], 0.0) if count >= 0 or not nodes.row else 1.0
+    _between(rough.x[0], nodes, nz, _BRIGHT * rough.x.max(), scratch)
+    for j in range(on.size):
+        on[j] = scratch[j] >= 0.5
+    return lean, w
+
+
+@compiled()
+def _guessed(task, nodes, nz, b, seen, first):
+    """The weight, and the smoothest solution of any sign; 0 where it is faint."""
+    w = _weighed(task, 0, b, seen)
+    parts = _smoothest(task, 0, seen, w)
+    for part in range(3):
+        _between(parts[part], nodes, nz, -1.0, first[part])
+    faint = _BRIGHT * first[0].max()
+    for j in range(first.shape[1]):
+        if not first[0, j] > faint:
+            first[0, j] = first[1, j] = first[2, j] = 0.0
+    return w
+
+
+@compiled()
+def _totals(row, task, nodes, t, x, index, count):
+    """Forces, direction, centre and moment; and how much each changes with the heights in the factor, (8, h, count).
+
+    In the order of force, drag along y and z, centre y and z, tangent along the drag and across it, moment.
+    """
+    force, first, edge = np.zeros(3), np.zeros(2), 0.0
+    drags = len(x) > 1
+    sums = np.zeros((8, len(x), count))
+    for k in range(count):
+        j = index[k]
+        sums[0, 0, k], sums[1, 0, k] = nodes.area, nodes.area * (t[0] + nodes.own[j])
+        sums[2, 0, k] = nodes.area * t[1]
+        if drags:
+            sums[1, 1, k] = sums[2, 2, k] = nodes.area * task.friction
+        for i in range(3):
+            for part in range(len(x)):
+                force[i] += sums[i, part, k] * x[part, j]
+        first[0] += nodes.area * x[0, j] * nodes.y[j]
+        first[1] += nodes.area * x[0, j] * nodes.z[j]
+        edge += nodes.area * x[0, j] if nodes.rim[j] else 0.0
+    normal = force[0]
+    centre, leans = first / normal, force[1:] / normal
+    tangent = leans[0] if nodes.row else math.hypot(leans[0], leans[1])
+    ey, ez = (leans[0] / tangent, leans[1] / tangent) if tangent != 0.0 else (1.0, 0.0)
+    moment = 0.0
+    for k in range(count):
+        j = index[k]
+        dy, dz = nodes.y[j] - centre[0], nodes.z[j] - centre[1]
+        sums[3, 0, k], sums[4, 0, k] = nodes.area * dy / normal, nodes.area * dz / normal
+        for part in range(len(x)):
+            by_y = (sums[1, part, k] - leans[0] * sums[0, part, k]) / normal
+            by_z = (sums[2, part, k] - leans[1] * sums[0, part, k]) / normal
+            sums[5, part, k], sums[6, part, k] = ey * by_y + ez * by_z, ey * by_z - ez * by_y
+        if drags:  # those in one direction have none about the centre, which moves with the pressure
+            moment += dy * sums[2, 2, k] * x[2, j] - dz * sums[1, 1, k] * x[1, j]
+            sums[7, 0, k] = nodes.area * (force[1] * dz - force[2] * dy) / normal
+            sums[7, 1, k], sums[7, 2, k] = -dz * sums[1, 1, k], dy * sums[2, 2, k]
+    row[column.FORCES], row[column.FORCES + 1], row[column.ACROSS] = force[0], force[1], force[2]
+    row[column.CENTRE], row[column.CENTRE_Z] = centre[0], centre[1]
+    row[column.ANGLE], row[column.MOMENT] = math.atan(tangent), moment
+    # what lies at the edge may lie beyond it
+    row[column.STATUS] = OK if edge <= _EDGE * normal else AMBIGUOUS
+    return sums, tangent, ey, ez
+
+
+@compiled()
+def _deviations(sums, work, count, turned, normal, ey, ez, std):
+    """Standard deviations of the totals of a pressure, and of a drag in proportion to it."""
+    z, a, c, d = work.z, turned.bend[0], turned.bend[1], turned.bend[2]
+    known = a > 0.0 and a * d - c * c > 0.0
+    directions = work.drags.shape[0]
+    std[7] = 0.0
+    for i in range(7):
+        z[:count] = sums[i, 0]
+        forward(work.lower, count, z)
+        stay(work, count, z)
+        variance = 0.0
+        for k in range(count):
+            variance += z[k] * z[k]
+        if directions > 0:
+            # by t itself, and by what follows from t
+            py = normal if i == 1 else ey if i == 5 else -ez if i == 6 else 0.0
+            pz = normal if i == 2 else ez if i == 5 else ey if i == 6 else 0.0
+            for k in range(count):
+                py -= z[k] * turned.crossed[0, k]
+                if directions > 1:
+                    pz -= z[k] * turned.crossed[1, k]
+            if directions == 1:
+                pz = 0.0
+            variance += (d * py * py - 2.0 * c * py * pz + a * pz * pz) / (a * d - c * c) if known else math.inf
+        std[i] = math.sqrt(variance)
+
+
+@compiled()
+def _free_deviations(sums, work, cones, count, many, std):
+    """The same of a drag that is free."""
+    weights = np.empty(cones.best.shape)
+    for i in range(8):
+        for k in range(count):
+            for part in range(3):
+                weights[part, work.listed[k]] = sums[i, part, k]
+            onto(cones, weights, k, work.listed[k], work.z)
+        forward(work.lower, many, work.z)
+        s = 0.0
+        for k in range(many):
+            s += work.z[k] * work.z[k]
+        std[i] = math.sqrt(s)
+
+
+@compiled()
+def _doubts(row, std, tangent):
+    """Standard deviations into the row; where the angle may be any, its status."""
+    row[column.FORCE_STD], row[column.FORCE_STD + 1], row[column.ACROSS_STD] = std[0], std[1], std[2]
+    row[column.CENTRE_STD], row[column.CENTRE_Z_STD] = std[3], std[4]
+    row[column.ANGLE_STD], row[column.MOMENT_STD] = std[5] / (1.0 + tangent * tangent), std[7]
+    row[column.AZIMUTH_STD] = std[6] / abs(tangent) if tangent != 0.0 else math.inf
+    if not max(row[column.ANGLE_STD], std[6]) < 1.0:
+        row[column.STATUS] = AMBIGUOUS
+
+
+@compiled()
+def _next_factor(factor, count, chi2, largest):
+    """By what the weight has to change, after a change by `factor`: 0 where it will do."""
+    if count < 0:
+        return 9.0  # too little smoothness for the arithmetic
+    return 0.0 if chi2 <= largest or factor > 1.0 else 1.0 / 9.0  # too smooth for these readings
+
+
+@compiled()
+def map_frames(begin, readings, given, wide, narrow, placed, works, fill, out):
+    """Fill a row of `out` for each frame from `begin`; the first one for which there was no room, or their number.
+
+    given, wide, narrow, placed: fields of the `Task`, of the coarse and the fine `Level`, of the `Nodes`. works: those
+    of the coarse and the fine `Work`; fill: those of the `Cones` of a free drag, else None.
+    """
+    task, coarse, fine, nodes = Task(*given), Level(*wide), Level(*narrow), Nodes(*placed)
+    rough, work = Work(*works[0]), Work(*works[1])
+    n, m = readings.shape[1], fine.cost.size
+    b, seen, t, on, scratch = np.empty(n), np.empty(n), np.zeros(2), np.empty(m, dtype=np.bool_), np.empty(m)
+    turned = Turn(np.empty((2, n)), np.empty((2, m)), np.zeros(2), np.zeros(3), np.zeros(2))
+    std, first, x = np.zeros(8), np.empty_like(work.x), work.x
+    for f in range(begin, len(readings)):
+        row = out[f]
+        if not _begun(readings[f], task, row, b):
+            continue
+        lean = 0
+        elements.forget(work)
+        if fill is None:
+            elements.forget(rough)
+            lean, w = _searched(task, coarse, nodes, fine.nz, b, seen, t, on, rough, turned, scratch)
+            if elements.crowded(rough):
+                return f
+        else:
+            cones = Cones(*fill)
+            w = _guessed(task, nodes, fine.nz, b, seen, first)
+            x[:] = first
+        top = task.squares[lean, n - 1]
+        lowest, highest = math.exp(LOWEST) * top, math.exp(HIGHEST) * top
+        factor, chi2 = 1.0, math.inf
         while True:
-            t, count = settle(fine, t, tangents[0], tangents[-1], w, b, on, work, _SETTLED)
+            if fill is None:
+                count, worst = settle(fine, t, task.friction, w, b, on, task.near, work, turned)
+            else:
+                count, many, worst = minimise(fine, w, b, work, cones)
+                if count < 0:
+                    x[:] = first
+            if elements.crowded(work):
+                return f
             chi2 = 0.0
             for i in range(n):
-                chi2 += r[i] * r[i]
-            factor = next_factor(factor, count, chi2, largest)
+                chi2 += work.residual[i] * work.residual[i]
+            factor = _next_factor(factor, count, chi2, task.largest)
             if not lowest <= w * factor <= highest:
                 break
             w *= factor
         row[column.RESIDUAL], row[column.WEIGHT], row[column.LEAN] = chi2, w, lean
-        if count < 0 or not chi2 <= largest:
+        if count <= 0 or not chi2 <= task.largest:
             row[column.STATUS] = UNEXPLAINED
             continue
-        _totals(row, fine, work, count, t, b, surface, sums, along)
-        _curves(row, x, shares[lean], squares[lean], prior, w, surface)
+        row[column.OPTIMALITY] = worst
+        sums, tangent, ey, ez = _totals(row, task, nodes, t, x, work.listed, count)
+        if fill is None:
+            _deviations(sums, work, count, turned, row[column.FORCES], ey, ez, std)
+        else:
+            _free_deviations(sums, work, cones, count, many, std)
+        _doubts(row, std, tangent)
+        for part in range(len(x)):
+            scale = 1.0 if part == 0 else task.friction
+            for j in range(m):
+                row[column.WIDTH + part * m + j] = scale * x[part, j]
+    return len(readings)

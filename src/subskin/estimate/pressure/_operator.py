@@ -1,4 +1,4 @@
-"""The surface in elements: what each makes the sensors read, and what the smoothness prior makes of that."""
+"""What the smoothness prior makes of the readings of elements."""
 
 from __future__ import annotations
 
@@ -7,77 +7,11 @@ from functools import partial
 
 import numpy as np
 
-from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
-from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger
-from ...response import Response, tabulate
 from .prior import Prior
 
-__all__ = ["COARSE", "Factors", "Surface", "shear_seen"]
-
-COARSE = 3
-"""Elements of the surface in one of the coarse surface, from which each search starts."""
-
-_FINEST = 12
-_MOST_NODES = 4096
-_POINTS = 4
-
-
-@dataclass(frozen=True, eq=False)
-class Surface(Frozen):
-    """Hat elements along the surface: a traction that is straight between nodes and 0 at the first and last.
-
-    Parameters
-    ----------
-    y : ndarray, shape (m + 2,)
-        Nodes, of equal distance [m].
-    reading : ndarray, shape (m, n, 2)
-        Reading per Pa of normal and of tangential traction at each inner node.
-    """
-
-    y: FloatArray
-    reading: FloatArray
-
-    @property
-    def step(self) -> float:
-        """Distance of the nodes [m]."""
-        return float(self.y[-1] - self.y[0]) / (len(self.y) - 1)
-
-    @classmethod
-    def of(cls, finger: Finger, search: tuple[float, float] | None, step: float | None) -> Surface:
-        """Cut the search into elements of at most `step` [m], a twelfth of the least depth if left out."""
-        table = tabulate(finger, search)
-        depth = float(np.asarray(finger.array.depth).min())
-        if step is None:
-            step = depth / _FINEST
-        else:
-            step = _check.scalar("step", step, unit="m", above=0.0)
-            if step > depth / 4:
-                rule = f"elements have to be much finer than the depth, here at most {depth / 4:.6g} m"
-                raise InvalidValueError(f"step = {step:.6g} m", rule, "leave out step")
-        length = table.stop - table.start
-        cells = COARSE * max(int(np.ceil(length / (COARSE * step) * (1 - 1e-12))), 2)
-        if cells > _MOST_NODES:
-            rule = f"at most {_MOST_NODES} can be solved for"
-            fix = "a narrower search or a larger step"
-            raise GeometryError(f"{cells} elements of {length / cells:.3g} m", rule, fix)
-        y = np.linspace(table.start, table.stop, cells + 1)
-        return cls(_check.read_only(y), _check.read_only(_hats(table, y)))
-
-
-def _hats(table: Response, y: FloatArray) -> FloatArray:
-    """Readings per Pa of the hats at the inner nodes, by quadrature of the line loads' table."""
-    # the fields are analytic within a depth: four points in an element of a quarter of it leave 1e-9
-    t, weight = np.polynomial.legendre.leggauss(_POINTS)
-    share, weight = 0.5 * (1 + t), 0.5 * weight * (y[1] - y[0])
-    left, right = y[:-1], y[1:]
-    rising = falling = np.zeros((len(left), *table.coefficients.shape[2:]))
-    for s, w in zip(share, weight, strict=True):
-        values = table(left + s * (right - left))
-        rising, falling = rising + w * s * values, falling + w * (1 - s) * values
-    return np.asarray(rising[:-1] + falling[1:])
+__all__ = ["Factors", "shear_seen"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +30,7 @@ class Factors(Frozen):
         V and the diagonal of C; where the shear is free, its rows below.
     columns : ndarray, shape (m, n)
         A, row by row.
-    prior : Bridge or Membrane
+    prior : Prior
         C.
     """
 
@@ -126,6 +60,11 @@ class Factors(Frozen):
         """What is left at each of `count` nodes of an even pressure of 1, shape (..., count)."""
         even = self.basis @ self.columns[:count].sum(axis=0)
         return np.asarray((even / (self.squares + weight[..., None])) @ self.shapes[:count].T)
+
+    def std(self, weight: FloatArray) -> FloatArray:
+        """Standard deviations of the heights by noise and by what smoothness leaves open [Pa], shape (..., rows)."""
+        known = (1 / (self.squares + weight[..., None])) @ (self.shapes**2).T
+        return np.asarray(np.sqrt(np.maximum(self.spread - known, 0.0) / weight[..., None]))
 
     def widths(self, weight: FloatArray, count: int) -> FloatArray:
         """Full width at half height of what a narrow pressure at each node looks like [m], shape (..., count)."""

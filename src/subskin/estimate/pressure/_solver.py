@@ -1,329 +1,398 @@
-"""The pressure >= 0 at a weight, and the angle at which it fits best, compiled: exact, for one frame.
+"""The pressure >= 0 at a weight, and the drag with which it fits best, compiled: exact, for one frame.
 
 For whitened readings b and columns A, in the unknown heights x >= 0 of the elements,
 
     J = 1/2 |A x - b|^2 + 1/2 w x^T K x + cost x        with K the integral of (dp/dy)^2, or of |grad p|^2
 
-is strictly convex, and its minimum is found exactly by block principal pivoting (Portugal, Judice and Vicente 1994; Kim
-and Park 2011): guess which heights are > 0, solve for these, exchange all that came out with the wrong sign; and by
-Lawson and Hanson's way (1974), which always arrives, where that goes in circles. Where the traction leans, A = A_p +
-t A_q, and t = tan(angle) follows by Newton's method on the minimum J(t).
+is strictly convex. Where the traction leans, A = A_p + t_y A_y + t_z A_z. Which elements are > 0 and the drag t are
+sought together: those that came out < 0 leave, those at which J falls are taken in (Portugal, Judice and Vicente 1994;
+Kim and Park 2011), and where the drag moves by Newton's method, the pressure that follows it says which come next. Both
+settle in about as many rounds as the first would need at a known drag. Where they do not, the pressure is found at each
+drag in turn by Lawson and Hanson's way (1974), which always arrives. A drag that is free at each element is `_cones`.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from ..._check import FloatArray
 from ..._compiled import compiled
-from . import _on_area as on_area
-from ._on_area import by_four
+from . import _elements as elements
+from ._algebra import backward, factored, forward
 
-_ROUNDS = 300
-_CLOSE = 1e-9  # of two tangents
 TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
+_TURNS, _ROUNDS, _STEPS = 60, 50, 300
+_PATIENCE = 15  # rounds in which no fewer elements are wrong
+_STRIDE = 0.3
+"""Longest step of a drag's tangent."""
+_LONG = 0.05
+"""Step of a drag's tangent which is too long for the pressure to follow to first order."""
+_FEW = 2.0
+"""Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes.
+
+Among more the drag waits for the second round on fine elements: in the first too many are wrong.
+"""
+
+_MANY = 64
+"""Readings from which products in single precision save time; these do on coarse elements, and until a fine drag moves.
+"""
+
+
+class Turn(NamedTuple):
+    """How J's minimum over x changes with the drag.
+
+    Parameters
+    ----------
+    along, crossed : ndarray, shapes (2, n) and (2, N)
+        Readings of a tangent of 1, and L^-1 d2J/dx dt of the elements in the factor; rows by direction.
+    slope, bend : ndarray, shapes (2,) and (3,)
+        Of the minimum: dJ/dt, and its curvature yy, yz, zz. Of a drag in one direction, zz is yy.
+    new : ndarray, shape (2,)
+        The drag that is tried next.
+    """
+
+    along: FloatArray
+    crossed: FloatArray
+    slope: FloatArray
+    bend: FloatArray
+    new: FloatArray
 
 
 @compiled()
-def _factor(level, t, w, count, work):
-    """Cholesky factor of the Hessian's rows and columns `index`, into `lower`; False where it has none."""
-    lower, index = work[4], work[5]
-    if len(level) > 5:
-        return on_area.hessian(level, w, True, work, count) and factored(lower, count)
-    for i in range(count):
-        _along(level, t, w, index, i, lower[i])
-    return factored(lower, count)
+def turn(work, count, turned):
+    """Slope and curvature of the minimum over x in the drag."""
+    x, r, lower, index, drags = work.x[0], work.residual, work.lower, work.listed, work.drags
+    along, crossed, slope, bend = turned.along, turned.crossed, turned.slope, turned.bend
+    n, last = r.size, count - 1
+    for part in range(drags.shape[0]):
+        slope[part] = 0.0
+        for i in range(n):
+            along[part, i] = 0.0
+        for k in range(0, count, 2):  # two elements at once: what they share is fetched half as often
+            h = min(k + 1, last)
+            p, q = x[index[k]], x[index[h]] if h > k else 0.0
+            one, two = drags[part, work.rows[index[k]]], drags[part, work.rows[index[h]]]
+            s = u = 0.0
+            for i in range(n):
+                along[part, i] += p * one[i] + q * two[i]
+                s += one[i] * r[i]
+                u += two[i] * r[i]
+            crossed[part, k], crossed[part, h] = s, u
+        for i in range(n):
+            slope[part] += along[part, i] * r[i]
+        for k in range(0, count, 2):
+            h = min(k + 1, last)
+            one, two = work.columns[work.order[index[k]]], work.columns[work.order[index[h]]]
+            s = u = 0.0
+            for i in range(n):
+                s += one[i] * along[part, i]
+                u += two[i] * along[part, i]
+            crossed[part, k] += s
+            if h > k:
+                crossed[part, h] += u
+        forward(lower, count, crossed[part])
+        stay(work, count, crossed[part])
+    at = 0
+    for part in range(drags.shape[0]):
+        for other in range(part, drags.shape[0]):
+            s = 0.0
+            for i in range(n):
+                s += along[part, i] * along[other, i]
+            for k in range(count):
+                s -= crossed[part, k] * crossed[other, k]
+            bend[at] = s
+            at += 1
+    if drags.shape[0] == 1:
+        bend[2] = bend[0]
 
 
-@compiled(borrows=True)
-def _divided(row, j, p, q, r, s, a, b, c, d):
-    """Four numbers of a row of the factor, from j on, by four rows above; a to d: what the numbers before take away."""
-    row[j] = (row[j] - a) * p[j]
-    row[j + 1] = (row[j + 1] - b - row[j] * q[j]) * q[j + 1]
-    row[j + 2] = (row[j + 2] - c - row[j] * r[j] - row[j + 1] * r[j + 1]) * r[j + 2]
-    row[j + 3] = (row[j + 3] - d - row[j] * s[j] - row[j + 1] * s[j + 1] - row[j + 2] * s[j + 2]) * s[j + 3]
-
-
-@compiled(borrows=True)
-def factored(lower, count):
-    """Put its Cholesky factor in the place of a matrix; False where it has none. The diagonal is kept inverted."""
-    for i in range(0, count, 4):  # four rows and four columns at once: each number is fetched a quarter as often
-        end = min(i + 4, count)
-        one, two = lower[i], lower[min(i + 1, count - 1)]
-        three, four = lower[min(i + 2, count - 1)], lower[min(i + 3, count - 1)]
-        for j in range(0, i, 4):
-            p, q, r, s = lower[j], lower[j + 1], lower[j + 2], lower[j + 3]
-            ap, aq, ar, at, bp, bq, br, bt, cp, cq, cr, ct, dp, dq, dr, dt = by_four(
-                one, two, three, four, p, q, r, s, j
-            )
-            _divided(one, j, p, q, r, s, ap, aq, ar, at)
-            if end > i + 1:
-                _divided(two, j, p, q, r, s, bp, bq, br, bt)
-            if end > i + 2:
-                _divided(three, j, p, q, r, s, cp, cq, cr, ct)
-            if end > i + 3:
-                _divided(four, j, p, q, r, s, dp, dq, dr, dt)
-        for h in range(i, end):
-            row = lower[h]
-            for j in range(i, h):
-                a = 0.0
-                for k in range(j):
-                    a += row[k] * lower[j, k]
-                row[j] = (row[j] - a) * lower[j, j]
-            a = 0.0
-            for k in range(h):
-                a += row[k] * row[k]
-            pivot = row[h] - a
-            if not pivot > 1e-15 * row[h]:
-                return False
-            row[h] = 1.0 / math.sqrt(pivot)
-    return True
-
-
-@compiled(borrows=True)
-def _along(level, t, w, index, i, row):
-    """Row i of the Hessian, up to its diagonal, of elements along a row."""
-    gram, diagonal, beside = level[1], level[2], level[3]
-    a = index[i]
-    part = gram[0, a]
-    if gram.shape[0] > 1:
-        once, twice = gram[1, a], gram[2, a]
-        for j in range(i + 1):
-            c = index[j]
-            row[j] = part[c] + t * (once[c] + t * twice[c])
+@compiled()
+def _next(t, turned, most):
+    """The drag that Newton's method tries next, within the cone; how far that is, in standard deviations."""
+    slope, new = turned.slope, turned.new
+    a, c, d = turned.bend[0], turned.bend[1], turned.bend[2]
+    lean = math.hypot(t[0], t[1])
+    if lean >= most * (1.0 - 1e-9) and slope[0] * t[0] + slope[1] * t[1] < 0.0:
+        # on the cone, and pressed against it: along it
+        ey, ez = -t[1] / lean, t[0] / lean
+        down = slope[0] * ey + slope[1] * ez
+        curve = a * ey * ey + 2.0 * c * ey * ez + d * ez * ez - (slope[0] * t[0] + slope[1] * t[1]) / lean / lean
+        step = -down / curve if curve > 0.0 else math.copysign(0.25 * most, -down)
+        step = min(max(step, -0.5 * most), 0.5 * most)
+        new[0], new[1] = t[0] + step * ey, t[1] + step * ez
+        size = most / math.hypot(new[0], new[1])
+        new[0], new[1] = size * new[0], size * new[1]
     else:
-        for j in range(i + 1):
-            row[j] = part[index[j]]
-    row[i] += w * diagonal[a]
-    if i > 0 and index[i - 1] == a - 1:
-        row[i - 1] += w * beside[a - 1]
+        # where J curves the wrong way, as much is added to its curvature as makes it right
+        middle, half = 0.5 * (a + d), math.hypot(0.5 * (a - d), c)
+        more = max(0.0, 1e-3 * (abs(middle) + half) - (middle - half))
+        a, d = a + more, d + more
+        det = a * d - c * c
+        new[0] = t[0] - (d * slope[0] - c * slope[1]) / det
+        new[1] = t[1] - (a * slope[1] - c * slope[0]) / det
+        share = _STRIDE / max(math.hypot(new[0] - t[0], new[1] - t[1]), _STRIDE)
+        new[0], new[1] = t[0] + share * (new[0] - t[0]), t[1] + share * (new[1] - t[1])
+        size = math.hypot(new[0], new[1])
+        if size > most:
+            new[0], new[1] = new[0] * most / size, new[1] * most / size
+    dy, dz = new[0] - t[0], new[1] - t[1]
+    return math.sqrt(max(a * dy * dy + 2.0 * c * dy * dz + d * dz * dz, 0.0))
 
 
 @compiled()
-def forward(lower, count, z):
-    """Solve L z = z in place."""
-    for i in range(count):
-        s = 0.0
-        for k in range(i):
-            s += lower[i, k] * z[k]
-        z[i] = (z[i] - s) * lower[i, i]
+def heights(level, w, b, on, work):
+    """The heights that are `on`, into z: how many, -1 where they are not determined, and their largest slope at x = 0.
 
-
-@compiled()
-def variance_of(lower, count, index, weights, z):
-    """The variance of a sum of unknowns with these weights; leaves L^-1 of the weights in z."""
-    for k in range(count):
-        z[k] = weights[index[k]]
-    forward(lower, count, z)
-    s = 0.0
-    for k in range(count):
-        s += z[k] * z[k]
-    return s
-
-
-@compiled()
-def backward(lower, count, z):
-    """Solve L^T z = z in place."""
-    for i in range(count - 1, -1, -1):
-        z[i] *= lower[i, i]
-        for k in range(i):
-            z[k] -= lower[i, k] * z[i]
-
-
-@compiled()
-def _solve(level, t, w, on, downhill, work):
-    """The heights that are `on`, whatever their signs, into z: how many, or -1 where they are not determined."""
-    lower, index, z = work[4], work[5], work[6]
-    count = 0
+    Leaves z times L^T in `half`.
+    """
+    lower, index, z, columns = work.lower, work.listed, work.z, work.columns
+    count, reach = 0, 0.0
     for j in range(on.size):
         if on[j]:
             index[count] = j
-            z[count] = downhill[j]
             count += 1
-    if not _factor(level, t, w, count, work):
-        return -1
+    if not elements.hessian(level, w, work, count) or not factored(lower, count):
+        return -1, reach
+    for k in range(count):
+        column, s = columns[work.order[index[k]]], -level.cost[index[k]]
+        for i in range(b.size):
+            s += column[i] * b[i]
+        z[k], reach = s, max(reach, abs(s))
     forward(lower, count, z)
+    for k in range(count):
+        work.half[k] = z[k]
     backward(lower, count, z)
-    return count
+    return count, reach
 
 
-@compiled()
-def _slope(level, w, b, work):
-    """Residual A x - b into r and the gradient of J into `slope`."""
-    if len(level) == 5:
-        _slope_along(level, w, b, work)
-    else:
-        on_area.residual(b, work)
-        on_area.slopes(level, w, work)
-
-
-@compiled()
-def _slope_along(level, w, b, work):
-    """The same of elements along a row."""
-    _, _, diagonal, beside, cost = level
-    columns, x, slope, r, _, _, _, _ = work
-    total, n = columns.shape
-    for i in range(n):
-        r[i] = -b[i]
-    for j in range(total):
-        if x[j] != 0.0:
-            for i in range(n):
-                r[i] += columns[j, i] * x[j]
-    for j in range(total):
-        s = cost[j] + w * diagonal[j] * x[j]
-        if j > 0:
-            s += w * beside[j - 1] * x[j - 1]
-        if j + 1 < total:
-            s += w * beside[j] * x[j + 1]
-        for i in range(n):
-            s += columns[j, i] * r[i]
-        slope[j] = s
-
-
-@compiled()
-def minimise(level, t, w, b, downhill, on, work):
-    """The x >= 0 of least J, from the guess `on` of what is > 0; how many are, or -1 where none was found.
-
-    downhill (N,) is minus the gradient at 0. Leaves the factor of the Hessian on what is > 0 in `lower`, the numbers of
-    these in `index`, and the gradient in `slope`.
-    """
-    x, slope, index, z = work[1], work[2], work[5], work[6]
-    total = x.size
-    tolerance = TOLERANCE * np.abs(downhill).max()
-    patience = most = 3 if len(level) == 5 else 20  # on an area elements come one in a neighbourhood, over more rounds
-    fewest = total + 1
-    for _ in range(_ROUNDS):
-        count = _solve(level, t, w, on, downhill, work)
-        if count < 0:
-            return -1
-        x[:] = 0.0
-        wrong = 0
+@compiled(borrows=True)
+def stay(work, count, z):
+    """Take out of z = L^T x the orthonormal directions `away`, so that x stays in as many elements."""
+    for m in range(work.taken[elements.AWAY]):
+        q, s = work.away[m], 0.0
         for k in range(count):
-            x[index[k]] = z[k]
-            wrong += z[k] < 0.0
-        _slope(level, w, b, work)
-        for j in range(total):
-            wrong += not on[j] and slope[j] < -tolerance
-        if wrong == 0:
-            return count
-        if wrong < fewest:
-            fewest, patience = wrong, most
-        elif patience > 0:
-            patience -= 1
-        else:
-            return _descend(level, t, w, b, on, work, downhill, tolerance)
-        for j in range(total):
+            s += q[k] * z[k]
+        for k in range(count):
+            z[k] -= s * q[k]
+
+
+@compiled(borrows=True)
+def leave(on, count, work):
+    """Put to 0 all heights that came out < 0, and find the others anew with the same factor.
+
+    x_k = 0 says that z = L^T x is at right angles to L^-1 e_k.
+    """
+    lower, index, z, taken = work.lower, work.listed, work.z, work.taken
+    taken[elements.AWAY] = 0
+    for k in range(count):
+        if z[k] >= 0.0:
+            continue
+        on[index[k]] = False
+        q = work.away[taken[elements.AWAY]]
+        for i in range(k):
+            q[i] = 0.0
+        q[k] = lower[k, k]
+        for i in range(k + 1, count):
+            s = 0.0
+            for m in range(k, i):
+                s += lower[i, m] * q[m]
+            q[i] = -s * lower[i, i]
+        stay(work, count, q)
+        size = 0.0
+        for i in range(count):
+            size += q[i] * q[i]
+        size = 1.0 / math.sqrt(size)
+        for i in range(count):
+            q[i] *= size
+        taken[elements.AWAY] += 1
+    if taken[elements.AWAY] == 0:
+        return
+    for k in range(count):
+        z[k] = work.half[k]
+    stay(work, count, z)
+    backward(lower, count, z)
+    for k in range(count):
+        if not on[index[k]]:
+            z[k] = 0.0
+
+
+@compiled()
+def follow(level, t, on, count, turned, work):
+    """Go to the drag that is tried next; x follows to first order. False where there is no room."""
+    x, index, z, new, crossed = work.x[0], work.listed, work.z, turned.new, turned.crossed
+    for k in range(count):
+        z[k] = 0.0
+        for part in range(work.drags.shape[0]):
+            z[k] += (t[part] - new[part]) * crossed[part, k]
+    backward(work.lower, count, z)
+    for k in range(count):
+        if on[index[k]]:
+            x[index[k]] += z[k]
+    t[:] = new
+    elements.lean(level, t, work)
+    return elements.gather(level, work, count)
+
+
+@compiled(borrows=True)
+def _breach(work):
+    """How far a slope is from that of a minimum."""
+    x, slope, worst = work.x, work.slope, 0.0
+    for j in range(x.shape[1]):
+        worst = max(worst, abs(slope[0, j]) if x[0, j] > 0.0 else -slope[0, j])
+    return worst
+
+
+@compiled()
+def together(level, t, most, w, b, on, near, enough, work, turned):
+    """The p >= 0 and the drag of least J, sought together from guesses: how many elements the factor has, -1 for none.
+
+    And the largest slope at x = 0 of these. Those at 0 among them are `away`.
+
+    t (2,) and `on` are put right. near: the step of the drag that ends the search, in its standard deviations; enough:
+    the step of the tangent after which elements have said enough that are coarse, 0 where they are not.
+    """
+    x, slope, index = work.x[0], work.slope[0], work.listed
+    leans, rough = level.parts.shape[0] > 1, enough > 0.0
+    work.taken[elements.SINGLE] = b.size >= _MANY and (leans or rough)
+    fewest, waited = on.size + 1, 0
+    elements.lean(level, t, work)
+    for search in range(_ROUNDS):
+        count, reach = heights(level, w, b, on, work)
+        exact = work.taken[elements.SINGLE] == 0
+        if count < 0:
+            if exact or elements.crowded(work):
+                break
+            elements.make_exact(work)
+            continue
+        leave(on, count, work)
+        tolerance = TOLERANCE * reach
+        x[:] = 0.0
+        for k in range(count):
+            x[index[k]] = work.z[k]
+        elements.residual(b, work)
+        asked = leans and (rough or search > 0 or count * count < _FEW * on.size)
+        moves, step = False, math.inf
+        if asked:
+            turn(work, count, turned)
+            moves = _next(t, turned, most) >= near
+            step = math.hypot(turned.new[0] - t[0], turned.new[1] - t[1])
+        follows = moves and (step < _LONG or search == 0)
+        if follows:
+            if not follow(level, t, on, count, turned, work):
+                break
+            elements.residual(b, work)
+        elements.slopes(level, w, work)
+        if follows:
+            for k in range(count):
+                if on[index[k]]:
+                    slope[index[k]] = 0.0  # as it is once x has followed exactly
+        wrong = 0
+        for j in range(on.size):
+            wrong += x[j] < 0.0 if on[j] else slope[j] < -tolerance
+        done = wrong == 0 and not moves and asked == leans
+        if (done and (exact or rough)) or (wrong <= 2 and step < enough):
+            return count, reach
+        waited = 0 if wrong < fewest else waited + 1
+        fewest = min(fewest, wrong)
+        if waited > _PATIENCE:
+            break
+        for j in range(on.size):
             if on[j]:
                 on[j] = x[j] >= 0.0
             else:
-                on[j] = slope[j] < -tolerance
-                if len(level) > 5:
-                    on[j] &= on_area.steepest(level, slope, j)
-    return -1
+                on[j] = slope[j] < -tolerance and elements.steepest(level, slope, j)
+        if moves and not follows:
+            t[:] = turned.new
+            elements.lean(level, t, work)
+        if (moves or done) and not (exact or rough):
+            elements.make_exact(work)
+    return -1, 0.0
 
 
 @compiled()
-def _descend(level, t, w, b, on, work, downhill, tolerance):
-    """The same from x, by Lawson and Hanson's way: downhill all along, one height more > 0 at a time."""
-    x, slope, index, z = work[1], work[2], work[5], work[6]
-    total = x.size
-    for j in range(total):
-        on[j] = x[j] > 0.0
-        x[j] = max(x[j], 0.0)
-    for _ in range(_ROUNDS):
-        count = _solve(level, t, w, on, downhill, work)
+def descend(level, t, w, b, on, work):
+    """The p >= 0 of least J at the drag t by Lawson and Hanson's way, one height more > 0 at a time, from a guess.
+
+    How many elements are > 0, -1 for none, and their largest slope at x = 0.
+    """
+    x, slope, index, z = work.x[0], work.slope[0], work.listed, work.z
+    elements.lean(level, t, work)
+    work.taken[elements.AWAY] = work.taken[elements.SINGLE] = 0
+    x[:] = 0.0
+    reach = 0.0
+    for _ in range(_STEPS):
+        count, largest = heights(level, w, b, on, work)
         if count < 0:
-            return -1
+            break
+        reach = max(reach, largest)
         share, first = 1.0, -1
         for k in range(count):
-            if z[k] < 0.0 and x[index[k]] < share * (x[index[k]] - z[k]):
+            if z[k] < 0.0 and x[index[k]] <= share * (x[index[k]] - z[k]):
                 share, first = x[index[k]] / (x[index[k]] - z[k]), k
         for k in range(count):
             j = index[k]
             x[j] += share * (z[k] - x[j])
-            if k == first or x[j] < 0.0:
+            if k == first or x[j] < 0.0 or (share == 0.0 and x[j] == 0.0 and z[k] < 0.0):
                 x[j], on[j] = 0.0, False
         if first >= 0:
             continue
-        for k in range(count):
-            x[index[k]] = z[k]
-        _slope(level, w, b, work)
-        steepest = -1
-        for j in range(total):
-            if not on[j] and slope[j] < -tolerance and (steepest < 0 or slope[j] < slope[steepest]):
-                steepest = j
-        if steepest < 0:
-            return count
-        on[steepest] = True
-    return -1
+        elements.residual(b, work)
+        elements.slopes(level, w, work)
+        steep = -1
+        for j in range(on.size):
+            if not on[j] and slope[j] < -TOLERANCE * reach and (steep < 0 or slope[j] < slope[steep]):
+                steep = j
+        if steep < 0:
+            return count, reach
+        on[steep] = True
+    return -1, reach
 
 
-@compiled()
-def turn(parts, work, count, along):
-    """dJ/dt and d2J/dt2 at the minimum over x; leaves L^-1 d2J/dx dt in c."""
-    columns, x, _, r, lower, index, _, c = work
-    n = r.size
-    along[:] = 0.0
-    for k in range(count):
-        j = index[k]
-        for i in range(n):
-            along[i] += parts[1, j, i] * x[j]
-    first = second = 0.0
-    for i in range(n):
-        first += along[i] * r[i]
-        second += along[i] * along[i]
-    for k in range(count):
-        j = index[k]
-        s = 0.0
-        for i in range(n):
-            s += columns[j, i] * along[i] + parts[1, j, i] * r[i]
-        c[k] = s
-    forward(lower, count, c)
-    for k in range(count):
-        second -= c[k] * c[k]
-    return first, second
+@compiled(inline=True)
+def in_turn(level, t, most, w, b, on, near, work, turned):
+    """As `together`, from the same guesses: the pressure of each drag before the next drag."""
+    trial = np.empty(2)
+    count, reach = descend(level, t, w, b, on, work)
+    value = elements.least(level, work)
+    if level.parts.shape[0] == 1 or count < 0:
+        return count, reach
+    for _ in range(_TURNS):
+        turn(work, count, turned)
+        if _next(t, turned, most) < near:
+            break
+        share, found = 1.0, math.inf
+        while share > 1e-3:
+            for i in range(2):
+                trial[i] = t[i] + share * (turned.new[i] - t[i])
+            count, reach = descend(level, trial, w, b, on, work)
+            found = elements.least(level, work)
+            if count < 0 or found <= value + 1e-12 * abs(value):
+                break
+            share *= 0.5
+        if count >= 0 and not found <= value + 1e-12 * abs(value):
+            count, reach = descend(level, t, w, b, on, work)
+            if count >= 0:
+                turn(work, count, turned)
+            break
+        t[:] = trial
+        if count < 0:
+            break
+        value = found
+    return count, reach
 
 
-@compiled()
-def settle(level, t, low, high, w, b, on, work, near):
-    """Least J over x >= 0 and over t in [low, high], from the guesses `on` and t: t and the count.
+@compiled(inline=True)
+def settle(level, t, most, w, b, on, near, work, turned):
+    """The least of J from guesses: how many elements the factor has, -1 where it was not found.
 
-    Newton's method, with the bracket halved where it would leave it. With no second part t stays. level: columns by
-    part (1 or 2, N, n), Hessians by power of t (1 or 3, N, N), K's diagonal and the line beside it, cost. work, all of
-    it changed: columns at t (N, n), x, gradient, residual (n,), factor (N, N), the numbers of what is > 0, and scratch.
+    And how far a slope is from that of a minimum, of the largest at x = 0.
     """
-    parts, columns = level[0], work[0]
-    leans = parts.shape[0] > 1
-    along, downhill = np.empty(b.size), np.empty(columns.shape[0])
-    count, second = -1, math.inf
-    a, d = low, high
-    for _ in range(40):
-        if leans:
-            for j in range(columns.shape[0]):
-                for i in range(columns.shape[1]):
-                    columns[j, i] = parts[0, j, i] + t * parts[1, j, i]
-        for j in range(downhill.size):
-            s = -level[4][j]
-            for i in range(b.size):
-                s += columns[j, i] * b[i]
-            downhill[j] = s
-        count = minimise(level, t, w, b, downhill, on, work)
-        if not leans or count < 0:
-            return t, count
-        first, second = turn(parts, work, count, along)
-        if first > 0.0:
-            d = t
-        else:
-            a = t
-        # where J curves the wrong way there is no step: halve the bracket, whose ends slope towards each other
-        new = t - first / second if second > 0.0 else math.inf
-        if (t <= low and first >= 0.0) or (t >= high and first <= 0.0):
-            return t, count  # at the edge of the cone
-        new = min(max(new, low), high) if second > 0.0 else new
-        if not a <= new <= d:
-            new = 0.5 * (a + d)
-        if abs(new - t) * math.sqrt(max(second, 0.0)) < near and (second > 0.0 or d - a < _CLOSE):
-            return t, count
-        t = new
-    return t, count
+    drag = t.copy()
+    count, reach = together(level, t, most, w, b, on, near, 0.0, work, turned)
+    if count < 0 and not elements.crowded(work):
+        t[:] = drag
+        count, reach = in_turn(level, t, most, w, b, on, near, work, turned)
+    return count, _breach(work) / reach if count > 0 else 0.0

@@ -1,6 +1,7 @@
 """Sums of windows that sensors see of one line of numbers, in registers.
 
-Numba's loops add eight windows at a time and store what they have: that took twice as long.
+Numba's loops store what they have after each sensor, or few: with four at a time an image of 16 x 16 sensors took a
+third longer.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Columns of the table that the compiled loop fills, one row a frame; those along the surface follow from `WIDTH`.
+"""Columns of the table that the compiled loop fills, one row a frame; the heights of the elements follow from `WIDTH`.
 
-On an area more numbers come first, and what follows begins at `AREA_WIDTH`.
+Along a row of sensors those of a second direction hold nothing.
 """
 
 ANGLE, ANGLE_STD, CENTRE, CENTRE_STD, FORCES, FORCE_STD = 0, 1, 2, 3, 4, 6
-WEIGHT, RESIDUAL, OPTIMALITY, LEAN, STATUS, WIDTH = 8, 9, 10, 11, 12, 13
-ACROSS, ACROSS_STD, CENTRE_Z, CENTRE_Z_STD, AZIMUTH_STD, MOMENT, MOMENT_STD, AREA_WIDTH = 13, 14, 15, 16, 17, 18, 19, 20
+WEIGHT, RESIDUAL, OPTIMALITY, LEAN, STATUS = 8, 9, 10, 11, 12
+ACROSS, ACROSS_STD, CENTRE_Z, CENTRE_Z_STD, AZIMUTH_STD, MOMENT, MOMENT_STD, WIDTH = 13, 14, 15, 16, 17, 18, 19, 20

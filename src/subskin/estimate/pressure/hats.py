@@ -10,10 +10,7 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ..._frozen import Frozen
 
-__all__ = ["AT_ONCE", "COARSE", "LANES", "REGISTERS", "Hats"]
-
-COARSE = 2
-"""Elements of the surface along one side of a coarse one, from which each search starts."""
+__all__ = ["AT_ONCE", "LANES", "REGISTERS", "Hats"]
 
 AT_ONCE, LANES, REGISTERS = 2, 8, 5
 """Sensors that a compiled loop goes through at once, numbers in a register, and registers it fills for each sensor."""
@@ -21,7 +18,7 @@ AT_ONCE, LANES, REGISTERS = 2, 8, 5
 
 @dataclass(frozen=True, eq=False)
 class Hats(Frozen):
-    """Readings of sensors per Pa of the hats of a lattice.
+    """Readings of sensors per Pa of the hats of a lattice, which along a row of sensors is one line.
 
     Sensors that stand alike to the lattice read one table, each from a corner of its own. A grid of sensors so needs
     one table of twice the lattice's sides, and not a number for each hat and sensor.
@@ -30,8 +27,8 @@ class Hats(Frozen):
     ----------
     shape : (int, int)
         Hats along y and along z.
-    tables : tuple of ndarray, shape (3, rows, columns) each
-        Readings per Pa of pressure and of drag along y and along z.
+    tables : tuple of ndarray, shape (2 or 3, rows, columns) each
+        Readings per Pa of pressure and of drag along y and, on an area, along z.
     kind : ndarray of int, shape (n,)
         Which table a sensor reads.
     corner : ndarray of int, shape (n, 2)
@@ -47,9 +44,9 @@ class Hats(Frozen):
     gain: FloatArray
 
     def select(self, sensors: npt.NDArray[np.bool_], scale: FloatArray) -> Hats:
-        """Those of some sensors (n,), each reading times its `scale` (n,)."""
+        """Those of some sensors (n,), each of their readings times its `scale`."""
         return Hats(
-            self.shape, self.tables, self.kind[sensors], self.corner[sensors], (self.gain * scale)[sensors]
+            self.shape, self.tables, self.kind[sensors], self.corner[sensors], self.gain[sensors] * scale
         )  # fmt: skip
 
     def columns(self, component: int) -> FloatArray:
@@ -70,14 +67,24 @@ class Hats(Frozen):
             out[:, :, sensors] = table[:components, rows, columns]
         return out * self.gain
 
-    def coarse(self) -> Hats:
-        """Those of hats `COARSE` times as wide: a wide hat is a sum of narrow ones."""
-        wide = [_widened(table) for table in self.tables]
-        steps, rest = np.divmod(self.corner, COARSE)
+    def coarse(self, times: tuple[int, int]) -> Hats:
+        """Those of hats so many times as wide along y and along z: a wide hat is a sum of narrow ones."""
+        wide = [_widened(_widened(table, 1, times[0]), 2, times[1]) for table in self.tables]
+        steps, rest = np.divmod(self.corner, times)
         which, kind = np.unique(np.column_stack([self.kind, rest]), axis=0, return_inverse=True)
-        tables = tuple(np.ascontiguousarray(wide[k][:, y::COARSE, z::COARSE]) for k, y, z in which.tolist())
-        shape = (self.shape[0] // COARSE, self.shape[1] // COARSE)
+        tables = tuple(
+            np.ascontiguousarray(wide[k][:, y :: times[0], z :: times[1]]) for k, y, z in which.tolist()
+        )  # fmt: skip
+        shape = (self.shape[0] // times[0], self.shape[1] // times[1])
         return Hats(shape, tables, kind.reshape(-1), steps, self.gain)
+
+    def to_either_side(self, friction: float) -> Hats:
+        """Of a row, with all the drag that friction holds towards +y, and on a line of their own towards -y."""
+        tables = tuple(
+            np.stack([table[0, 0] + friction * table[1, 0], table[0, 0] - friction * table[1, 0]])[None]
+            for table in self.tables
+        )
+        return Hats((2, self.shape[1]), tables, self.kind, self.corner, self.gain)
 
     def flat(self, components: int) -> tuple[FloatArray, npt.NDArray[np.int64], int]:
         """The first components of all tables in a line (components, L), where each sensor's begins, and rows' length.
@@ -94,12 +101,9 @@ class Hats(Frozen):
         return line, begin[self.kind] + self.corner[:, 0] * length + self.corner[:, 1], length
 
 
-def _widened(table: FloatArray) -> FloatArray:
-    """Readings of hats `COARSE` times as wide, from the first row and column on which there is a whole one."""
-    rows, columns = (size - 2 * (COARSE - 1) for size in table.shape[1:])
-    out = np.zeros((len(table), rows, columns))
-    for dy in range(2 * COARSE - 1):
-        for dz in range(2 * COARSE - 1):
-            share = (1 - abs(dy - COARSE + 1) / COARSE) * (1 - abs(dz - COARSE + 1) / COARSE)
-            out += share * table[:, dy : dy + rows, dz : dz + columns]
-    return out
+def _widened(table: FloatArray, axis: int, times: int) -> FloatArray:
+    """Readings of hats so many times as wide along an axis, from the first place on which there is a whole one."""
+    count = table.shape[axis] - 2 * (times - 1)
+    shares = (1 - abs(k - times + 1) / times for k in range(2 * times - 1))
+    parts = (s * np.take(table, np.arange(k, k + count), axis) for k, s in enumerate(shares))
+    return np.asarray(sum(parts))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -18,7 +17,6 @@ from ...loads import force_unit
 from ..estimate import unit_column
 from ..shown import Shown
 from . import columns as column
-from ._operator import Factors
 from .map import SurfaceMap, _column, _Mapper
 
 __all__ = ["PressureImage"]
@@ -27,7 +25,8 @@ __all__ = ["PressureImage"]
 class _AreaMapper(_Mapper, Protocol):
     """What an image asks of the `ImageMapper` that made it."""
 
-    z: FloatArray
+    @property
+    def z(self) -> FloatArray: ...
 
     def std(self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, heights: FloatArray) -> FloatArray: ...
 
@@ -100,11 +99,6 @@ class PressureImage(SurfaceMap):
         return {name: getattr(self, name) for name in names} | out | super()._columns() | unit
 
     @property
-    def y(self) -> FloatArray:
-        """Nodes along y [m], shape (ny,); the traction is bilinear between the nodes, and 0 on the border."""
-        return self.mapper.y
-
-    @property
     def z(self) -> FloatArray:
         """Nodes along z [m], shape (nz,)."""
         return self.mapper.z
@@ -112,23 +106,6 @@ class PressureImage(SurfaceMap):
     @property
     def _inner(self) -> tuple[int, int]:
         return len(self.y) - 2, len(self.z) - 2
-
-    def _bordered(self, inner: FloatArray, mode: Any = "constant") -> FloatArray:
-        """Values at the inner nodes, (..., m), with those of the border about them."""
-        image = inner.reshape(*inner.shape[:-1], *self._inner)
-        out = np.pad(image, [(0, 0)] * (inner.ndim - 1) + [(1, 1)] * 2, mode=mode)
-        out[~np.isfinite(self.normal_force)] = np.nan
-        return read_only(out)
-
-    @property
-    def _heights(self) -> FloatArray:
-        """Pressure, and where it is free the drag along y and z, at the inner nodes [Pa], shape (..., 1 or 3, m)."""
-        return self.table[..., column.AREA_WIDTH :].reshape(*self.shape, -1, self._inner[0] * self._inner[1])
-
-    @property
-    def pressure(self) -> FloatArray:
-        """Pressure at each node [Pa], >= 0, shape (..., ny, nz)."""
-        return self._bordered(self._heights[..., 0, :])
 
     @cached_property
     def _deviations(self) -> FloatArray:
@@ -149,12 +126,6 @@ class PressureImage(SurfaceMap):
         return self._deviations[..., 0, :, :]
 
     @property
-    def pressure_interval(self) -> FloatArray:
-        """Ends of the 95 % band of the pressure [Pa], none below 0, shape (..., ny, nz, 2)."""
-        half, pressure = 1.959964 * self.pressure_std, self.pressure
-        return read_only(np.stack([np.maximum(pressure - half, 0.0), pressure + half], axis=-1))
-
-    @property
     def shear(self) -> FloatArray:
         """Drag (q_y, q_z) at each node [Pa], shape (..., ny, nz, 2)."""
         if self.mapper.shear == "free":
@@ -173,23 +144,6 @@ class PressureImage(SurfaceMap):
         with np.errstate(invalid="ignore"):  # a drag of which nothing is known, where nothing presses: none
             of_drag = np.where(pressure == 0, 0.0, doubt * pressure)
             return read_only(np.hypot(tangents * self.pressure_std[..., None], of_drag))
-
-    @property
-    def resolution(self) -> FloatArray:
-        """Full width at half height of what a narrow pressure at each node looks like [m], shape (..., ny, nz).
-
-        The geometric mean of the widths along y and along z; else as of `PressureMap`.
-        """
-        return self._bordered(self._on_area(Factors.widths), "edge")
-
-    @property
-    def seen(self) -> FloatArray:
-        """What is left at each node of an even pressure over the whole search, shape (..., ny, nz); 1 is all of it."""
-        return self._bordered(self._on_area(Factors.seen), "edge")
-
-    def _on_area(self, what: Callable[[Factors, FloatArray, int], FloatArray]) -> FloatArray:
-        m = self._inner[0] * self._inner[1]
-        return self._at_elements(lambda factors, weight: what(factors, weight, m), m)
 
     @property
     def contact(self) -> PressureGrid:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,6 +29,7 @@ class _Mapper(Protocol):
     y: FloatArray
     array: SensorArray
     shear: str
+    friction: float
     relative: bool
 
     def factors(self, used: npt.NDArray[np.bool_]) -> Sequence[Factors]: ...
@@ -64,6 +66,61 @@ class SurfaceMap(FrameTable):
     def status(self) -> npt.NDArray[np.int8]:
         """`Status` of each frame, as integers."""
         return self.table[..., column.STATUS].astype(np.int8)
+
+    @property
+    def y(self) -> FloatArray:
+        """Nodes along the surface, or along y [m]; the traction is (bi)linear between them, 0 at the ends or border."""
+        return self.mapper.y
+
+    @property
+    def _inner(self) -> tuple[int, ...]:
+        """Nodes along each axis between the ends."""
+        return (len(self.y) - 2,)
+
+    @property
+    def _heights(self) -> FloatArray:
+        """Pressure, and where it is free the drag, at the inner nodes [Pa], shape (..., 1 to 3, m)."""
+        values, m = self.table[..., column.WIDTH :], int(np.prod(self._inner))
+        return values.reshape(*self.shape, values.shape[-1] // m, m)
+
+    def _bordered(self, inner: FloatArray, mode: Any = "constant") -> FloatArray:
+        """Values at the inner nodes, (..., m), with those of the ends, or of the border about them."""
+        image = inner.reshape(*inner.shape[:-1], *self._inner)
+        out = np.pad(image, [(0, 0)] * (inner.ndim - 1) + [(1, 1)] * len(self._inner), mode=mode)
+        out[~np.isfinite(self.normal_force)] = np.nan
+        return read_only(out)
+
+    @property
+    def pressure(self) -> FloatArray:
+        """Pressure at each node [Pa], >= 0, shape (..., m), or (..., ny, nz) on an area."""
+        return self._bordered(self._heights[..., 0, :])
+
+    @property
+    def pressure_std(self) -> FloatArray:
+        """Standard deviation of the pressure [Pa], shaped as the pressure."""
+        raise NotImplementedError
+
+    @property
+    def pressure_interval(self) -> FloatArray:
+        """Ends of the 95 % band of the pressure [Pa], none below 0, shape (..., m, 2), or (..., ny, nz, 2)."""
+        half, pressure = 1.959964 * self.pressure_std, self.pressure
+        return read_only(np.stack([np.maximum(pressure - half, 0.0), pressure + half], axis=-1))
+
+    @property
+    def resolution(self) -> FloatArray:
+        """Full width at half height of what a narrow pressure at each node looks like [m], shaped as the pressure.
+
+        At the frame's weight and without regard to p >= 0, which can only sharpen it. Where such a pressure is seen
+        elsewhere, the distance to there is in it. On an area the geometric mean of the widths along y and along z.
+        """
+        m = int(np.prod(self._inner))
+        return self._bordered(self._at_elements(lambda factors, weight: factors.widths(weight, m), m), "edge")
+
+    @property
+    def seen(self) -> FloatArray:
+        """What is left at each node of an even pressure over the whole search, shaped as it; 1 is all of it."""
+        m = int(np.prod(self._inner))
+        return self._bordered(self._at_elements(lambda factors, weight: factors.seen(weight, m), m), "edge")
 
     def _at_elements(self, what: Callable[[Factors, FloatArray], FloatArray], count: int) -> FloatArray:
         """What the factors tell at each of `count` elements, for each frame's sensors, angle and weight."""
@@ -112,62 +169,38 @@ class PressureMap(SurfaceMap):
         return found | super()._columns() | unit_column(self.shape, self.mapper.relative)
 
     @property
-    def y(self) -> FloatArray:
-        """Nodes along the surface [m], shape (m,); the traction is straight between them, 0 at the ends."""
-        return self.mapper.y
+    def _heights(self) -> FloatArray:
+        parts = super()._heights
+        if self.mapper.shear != "free":
+            return parts
+        # of all the drag that friction holds, to either side
+        one, other = np.moveaxis(parts, -2, 0)
+        return np.stack([one + other, self.mapper.friction * (one - other)], axis=-2)
 
-    def _curve(self, index: int) -> FloatArray:
-        m = len(self.y)
-        return self.table[..., column.WIDTH + index * m : column.WIDTH + (index + 1) * m]
-
-    @property
-    def pressure(self) -> FloatArray:
-        """Pressure at each node [Pa], >= 0, shape (..., m)."""
-        return self._curve(0)
+    @cached_property
+    def _deviations(self) -> FloatArray:
+        """Standard deviations of the heights with the ends [Pa], shape (..., 1 or 2, m)."""
+        inner = self._heights.shape[-2:]
+        found = self._at_elements(Factors.std, inner[0] * inner[1]).reshape(*self.shape, *inner)
+        return self._bordered(found * np.array([1.0, self.mapper.friction])[: inner[0], None])
 
     @property
     def pressure_std(self) -> FloatArray:
         """Standard deviation of the pressure [Pa], noise and what smoothness leaves open, shape (..., m)."""
-        return self._curve(1)
-
-    @property
-    def pressure_interval(self) -> FloatArray:
-        """Ends of the 95 % band of the pressure [Pa], none below 0, shape (..., m, 2)."""
-        half = 1.959964 * self.pressure_std
-        return read_only(np.stack([np.maximum(self.pressure - half, 0.0), self.pressure + half], axis=-1))
+        return self._deviations[..., 0, :]
 
     @property
     def shear(self) -> FloatArray:
         """Shear at each node [Pa], positive where it drags the skin towards +y, shape (..., m)."""
         if self.mapper.shear == "free":
-            return self._curve(2)
+            return self._bordered(self._heights[..., 1, :])
         return read_only(np.tan(self.angle)[..., None] * self.pressure)
 
     @property
     def shear_std(self) -> FloatArray:
         """Standard deviation of the shear [Pa], shape (..., m); 0 where none was allowed."""
         if self.mapper.shear == "free":
-            return self._curve(3)
+            return self._deviations[..., 1, :]
         tangent = np.tan(self.angle)
         slope = (1 + tangent**2) * self.angle_std
         return read_only(np.hypot(tangent[..., None] * self.pressure_std, slope[..., None] * self.pressure))
-
-    @property
-    def resolution(self) -> FloatArray:
-        """Full width at half height of what a narrow pressure at each node looks like [m], shape (..., m).
-
-        At the frame's weight and without regard to p >= 0, which can only sharpen it. Where such a pressure is seen
-        elsewhere, the distance to there is in it.
-        """
-        return self._along(Factors.widths)
-
-    @property
-    def seen(self) -> FloatArray:
-        """What is left at each node of an even pressure over the whole search, shape (..., m); 1 is all of it."""
-        return self._along(Factors.seen)
-
-    def _along(self, what: Callable[[Factors, FloatArray, int], FloatArray]) -> FloatArray:
-        """What the factors tell along the surface; there is no traction at its ends."""
-        count = len(self.y) - 2
-        inner = self._at_elements(lambda factors, weight: what(factors, weight, count), count)
-        return read_only(np.concatenate([inner[..., :1], inner, inner[..., -1:]], axis=-1))

@@ -10,10 +10,9 @@ from ... import _check
 from ...finger import Finger, finger_needed
 from ...prepared import prepared
 from ..area.locator import search_of
-from .area_mapper import ImageMapper
 from .image import PressureImage
 from .map import PressureMap
-from .mapper import PressureMapper
+from .mapper import ImageMapper, PressureMapper
 from .mapping import known
 
 __all__ = ["pressure_map", "pressure_mapper"]

@@ -25,6 +25,21 @@ class Prior(Protocol):
     """The covariance C of a traction, the inverse of the smoothness form in the heights of the elements."""
 
     @property
+    def shape(self) -> tuple[int, int]:
+        """Lines of inner nodes, and nodes on each; m is their product."""
+
+    @property
+    def area(self) -> float:
+        """Of an element [m, or m^2]."""
+
+    @property
+    def stencil(self) -> FloatArray:
+        """The form between nodes so many lines (0, 1) and so many nodes along a line (0, 1) apart, shape (2, 2)."""
+
+    def coarser(self, times: tuple[int, int]) -> Prior:
+        """That of elements so many times as wide."""
+
+    @property
     def variance(self) -> FloatArray:
         """The diagonal of C, shape (m,)."""
 
@@ -49,6 +64,21 @@ class Bridge(Frozen):
 
     count: int
     step: float
+
+    @property
+    def shape(self) -> tuple[int, int]:  # noqa: D102
+        return 1, self.count
+
+    @property
+    def area(self) -> float:  # noqa: D102
+        return self.step
+
+    @property
+    def stencil(self) -> FloatArray:  # noqa: D102
+        return np.array([[2.0, -1.0], [0.0, 0.0]]) / self.step
+
+    def coarser(self, times: tuple[int, int]) -> Bridge:  # noqa: D102
+        return Bridge(self.count // times[1], self.step * times[1])
 
     @cached_property
     def _covariance(self) -> FloatArray:
@@ -82,9 +112,18 @@ class Membrane(Frozen):
     shape: tuple[int, int]
     steps: tuple[float, float]
 
+    @property
+    def area(self) -> float:  # noqa: D102
+        return self.steps[0] * self.steps[1]
+
+    def coarser(self, times: tuple[int, int]) -> Membrane:  # noqa: D102
+        counts, steps = zip(
+            *((m // k, k * h) for m, h, k in zip(self.shape, self.steps, times, strict=True)), strict=True
+        )
+        return Membrane(counts, steps)
+
     @cached_property
-    def stencil(self) -> FloatArray:
-        """The form between nodes so many steps apart along y (0, 1) and along z (0, 1), shape (2, 2)."""
+    def stencil(self) -> FloatArray:  # noqa: D102
         (sy, my), (sz, mz) = ((np.array([2, -1]) / h, np.array([4, 1]) * h / 6) for h in self.steps)
         return np.outer(sy, mz) + np.outer(my, sz)
 

@@ -12,8 +12,9 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
-from ._free_parts import INSIDE, OUT, RIM, gather, hessian, listed, settle_in, slopes
-from ._solver import backward, factored, forward
+from ._algebra import backward, factored, forward
+from ._cones import INSIDE, OUT, RIM, hessian, settle_in, taken_in
+from ._elements import residual, slopes
 
 _ROUNDS = 60
 _NEAR = 1e-12  # of the mean of x . s, of the largest there may be
@@ -45,18 +46,18 @@ def _scaled(x, held, j, k):
 
 
 @compiled(borrows=True)
-def _aim(work, count, many, pull, step, turn):
+def _aim(work, cones, count, many, pull):
     """The steps of x and of its slope, towards x . s = pull."""
-    x, slope, lower, index, z, held = work[0], work[1], work[9], work[10], work[12], work[19]
+    x, z, held, step, turn = work.x, work.z, cones.held, cones.step, cones.turn
     for i in range(count):
-        j = index[i]
+        j = work.listed[i]
         size = x[0, j] ** 2 - x[1, j] ** 2 - x[2, j] ** 2
         for k in range(3):
-            z[3 * i + k] = pull * (x[k, j] if k == 0 else -x[k, j]) / size - slope[k, j]
-    forward(lower, many, z)
-    backward(lower, many, z)
+            z[3 * i + k] = pull * (x[k, j] if k == 0 else -x[k, j]) / size - work.slope[k, j]
+    forward(work.lower, many, z)
+    backward(work.lower, many, z)
     for i in range(count):
-        j = index[i]
+        j = work.listed[i]
         size = x[0, j] ** 2 - x[1, j] ** 2 - x[2, j] ** 2
         p, ratio = _scaled(x, held, j, 0)
         u, v = _scaled(x, held, j, 1)[0], _scaled(x, held, j, 2)[0]
@@ -69,17 +70,19 @@ def _aim(work, count, many, pull, step, turn):
 
 
 @compiled(borrows=True)
-def _longest(x, held, step, turn, index, count):
+def _longest(work, cones, count):
+    """How far all may go along both steps."""
     share = math.inf
     for i in range(count):
-        share = min(share, _room_left(x, step, index[i]), _room_left(held, turn, index[i]))
+        j = work.listed[i]
+        share = min(share, _room_left(work.x, cones.step, j), _room_left(cones.held, cones.turn, j))
     return share
 
 
 @compiled(borrows=True)
-def _widened(level, work):
+def _widened(level, work, cones):
     """Take in what lies beside what is not out, all of it inside its cone."""
-    x, state, ny, nz = work[0], work[2], level[5][0], level[5][1]
+    x, state, ny, nz = work.x, cones.state, level.ny, level.nz
     largest = 0.0
     for j in range(state.size):
         largest = max(largest, x[0, j])
@@ -89,25 +92,26 @@ def _widened(level, work):
             for dz in range(-1, 2):
                 if 0 <= y + dy < ny and 0 <= z + dz < nz:
                     near |= state[j + dy * nz + dz] == INSIDE or state[j + dy * nz + dz] == RIM
-        work[18][j] = 1.0 if near else 0.0
+        cones.gains[j] = 1.0 if near else 0.0
     for j in range(state.size):
-        state[j] = INSIDE if work[18][j] > 0.0 else OUT
+        state[j] = INSIDE if cones.gains[j] > 0.0 else OUT
         if state[j] == INSIDE:
             x[0, j] += _OFF * largest
     return largest
 
 
 @compiled(borrows=True)
-def from_inside(level, w, b, work, reach):
+def from_inside(level, w, b, work, cones, reach):
     """Put x and the states to the least J among what is not out and what lies beside it; False without room."""
-    x, slope, state, ray, lower, index, held, step, turn = (
-        work[0], work[1], work[2], work[3], work[9], work[10], work[19], work[13], work[20],
+    x, slope, state, ray, lower, index, held = (
+        work.x, work.slope, cones.state, cones.ray, work.lower, work.listed, cones.held,
     )  # fmt: skip
-    largest = _widened(level, work)
-    count = listed(work)
-    if not gather(level, work, count):
+    largest = _widened(level, work, cones)
+    count = taken_in(level, work, cones)
+    if count < 0:
         return False
-    slopes(level, w, b, work, math.inf)
+    residual(b, work)
+    slopes(level, w, work)
     for i in range(count):
         j = index[i]
         for k in range(3):
@@ -120,7 +124,7 @@ def from_inside(level, w, b, work, reach):
                 mean += x[k, index[i]] * held[k, index[i]] / count
         if mean < _NEAR * reach * largest:
             break
-        many = hessian(level, w, work, count)
+        many = hessian(level, w, work, cones, count)
         for i in range(count):
             j = index[i]
             for a in range(3):
@@ -130,19 +134,20 @@ def from_inside(level, w, b, work, reach):
                 lower[3 * i + a, 3 * i + a] += (-1.0 if a == 0 else 1.0) / ratio
         if not factored(lower, many):
             break
-        _aim(work, count, many, 0.0, step, turn)
-        share = max((1.0 - min(_longest(x, held, step, turn, index, count), 1.0)) ** 3, 1e-4)
-        _aim(work, count, many, share * mean, step, turn)
-        share = min(_SHORT * _longest(x, held, step, turn, index, count), 1.0)
+        _aim(work, cones, count, many, 0.0)
+        share = max((1.0 - min(_longest(work, cones, count), 1.0)) ** 3, 1e-4)
+        _aim(work, cones, count, many, share * mean)
+        share = min(_SHORT * _longest(work, cones, count), 1.0)
         for i in range(count):
             for k in range(3):
-                x[k, index[i]] += share * step[k, index[i]]
-                held[k, index[i]] += share * turn[k, index[i]]
-        slopes(level, w, b, work, math.inf)
+                x[k, index[i]] += share * cones.step[k, index[i]]
+                held[k, index[i]] += share * cones.turn[k, index[i]]
+        residual(b, work)
+        slopes(level, w, work)
     for i in range(count):
         j, ratio = index[i], largest / reach
         p, u, v = x[0, j], x[1, j], x[2, j]
-        settle_in(work, j, p - ratio * held[0, j], u - ratio * held[1, j], v - ratio * held[2, j])
+        settle_in(work, cones, j, p - ratio * held[0, j], u - ratio * held[1, j], v - ratio * held[2, j])
         if state[j] == INSIDE:
             x[0, j], x[1, j], x[2, j] = p, u, v
         elif state[j] == RIM:
