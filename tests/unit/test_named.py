@@ -27,15 +27,6 @@ TO_DO = {
     "estimate/evidence/_integrals.py",
     "estimate/evidence/_kernel.py",
     "estimate/evidence/_pair.py",
-    "estimate/pressure/_area_kernel.py",
-    "estimate/pressure/_area_solver.py",
-    "estimate/pressure/_free_inside.py",
-    "estimate/pressure/_free_kernel.py",
-    "estimate/pressure/_free_parts.py",
-    "estimate/pressure/_free_solver.py",
-    "estimate/pressure/_kernel.py",
-    "estimate/pressure/_on_area.py",
-    "estimate/pressure/_solver.py",
     "pressing/_compiled.py",
 }
 """Files that are older than the rule."""

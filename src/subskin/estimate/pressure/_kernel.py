@@ -7,12 +7,9 @@ of the best even strip, on an area at none: of 390 touches none had a lesser J w
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ..._check import FloatArray
 from ..._compiled import compiled
 from ..scan import MOST_CHI2
 from . import _elements as elements
@@ -22,9 +19,13 @@ from ._cones import Cones, onto
 from ._elements import Level, Work
 from ._free_solver import minimise
 from ._solver import Turn, settle, stay, together
+from ._task import Nodes, Task
 from ._weight import HIGHEST, LOWEST, weigh
 
 OK, AMBIGUOUS, NO_CONTACT, UNEXPLAINED, PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
+
+NORMAL, DRAG_Y, DRAG_Z, AT_Y, AT_Z, ALONG, ACROSS, MOMENT = 0, 1, 2, 3, 4, 5, 6, 7
+"""Totals: force and drags, centre of pressure, tangent along the drag and across it, and the moment of the drag."""
 
 _EDGE = 0.02
 """Share of the force at the edge of the search from which some may lie beyond it."""
@@ -34,72 +35,6 @@ _ROUGHLY = 0.01
 """A step of the drag's tangent after which coarse elements have said enough."""
 _BRIGHT = 0.05
 """Share of the largest height from which a coarse element is thought to be pressed, and what lies about it too."""
-
-
-class Task(NamedTuple):
-    """What frames are weighed by, of n sensors.
-
-    Parameters
-    ----------
-    sensors : ndarray, shape (4, n)
-        Offset, 1 / noise, ends of the range.
-    largest : float
-        Chi-square above which there is a contact, and a pressure does not explain a frame.
-    friction : float
-        Bound of the drag's tangent.
-    near : float
-        Where the search for the drag ends, in its standard deviations.
-    rule : int
-        Number of the rule of the weight.
-    drags : ndarray, shape (T, 2)
-        Tangents at which there is a weight.
-    basis, squares : ndarray, shapes (T, n, n) and (T, n)
-        U^T and S^2 (`_operator.Factors`) at each.
-    spread : ndarray, shape (1 to 3, coarse N, n)
-        C A^T of pressure and drags at the coarse elements.
-    strips, gauges : ndarray, shapes (2, M, n) and (M, 3)
-        Readings of even strips of pressure and of drag, and their products; none on an area.
-    """
-
-    sensors: FloatArray
-    largest: float
-    friction: float
-    near: float
-    rule: int
-    drags: FloatArray
-    basis: npt.NDArray[np.floating]
-    squares: FloatArray
-    spread: npt.NDArray[np.float32]
-    strips: FloatArray
-    gauges: FloatArray
-
-
-class Nodes(NamedTuple):
-    """The fine elements as totals want them.
-
-    Parameters
-    ----------
-    y, z, own : ndarray, shape (N,)
-        Positions [m], and the drag that belongs to 1 Pa of each.
-    rim : ndarray of bool, shape (N,)
-        Which lie at the edge of the search.
-    area : float
-        Of one [m, or m^2].
-    wide_y, wide_z, few_z : int
-        Elements in a coarse one along y and z, and coarse ones along z.
-    row : bool
-        Whether they stand along a row: an angle then has a sign.
-    """
-
-    y: FloatArray
-    z: FloatArray
-    own: FloatArray
-    rim: npt.NDArray[np.bool_]
-    area: float
-    wide_y: int
-    wide_z: int
-    few_z: int
-    row: bool
 
 
 @compiled()
@@ -266,19 +201,16 @@ def _guessed(task, nodes, nz, b, seen, first):
 
 @compiled()
 def _totals(row, task, nodes, t, x, index, count):
-    """Forces, direction, centre and moment; and how much each changes with the heights in the factor, (8, h, count).
-
-    In the order of force, drag along y and z, centre y and z, tangent along the drag and across it, moment.
-    """
+    """Forces, direction, centre and moment; and what each total changes by the heights in the factor, (8, h, count)."""
     force, first, edge = np.zeros(3), np.zeros(2), 0.0
     drags = len(x) > 1
     sums = np.zeros((8, len(x), count))
     for k in range(count):
         j = index[k]
-        sums[0, 0, k], sums[1, 0, k] = nodes.area, nodes.area * (t[0] + nodes.own[j])
-        sums[2, 0, k] = nodes.area * t[1]
+        sums[NORMAL, 0, k], sums[DRAG_Y, 0, k] = nodes.area, nodes.area * (t[0] + nodes.own[j])
+        sums[DRAG_Z, 0, k] = nodes.area * t[1]
         if drags:
-            sums[1, 1, k] = sums[2, 2, k] = nodes.area * task.friction
+            sums[DRAG_Y, 1, k] = sums[DRAG_Z, 2, k] = nodes.area * task.friction
         for i in range(3):
             for part in range(len(x)):
                 force[i] += sums[i, part, k] * x[part, j]
@@ -293,15 +225,15 @@ def _totals(row, task, nodes, t, x, index, count):
     for k in range(count):
         j = index[k]
         dy, dz = nodes.y[j] - centre[0], nodes.z[j] - centre[1]
-        sums[3, 0, k], sums[4, 0, k] = nodes.area * dy / normal, nodes.area * dz / normal
+        sums[AT_Y, 0, k], sums[AT_Z, 0, k] = nodes.area * dy / normal, nodes.area * dz / normal
         for part in range(len(x)):
-            by_y = (sums[1, part, k] - leans[0] * sums[0, part, k]) / normal
-            by_z = (sums[2, part, k] - leans[1] * sums[0, part, k]) / normal
-            sums[5, part, k], sums[6, part, k] = ey * by_y + ez * by_z, ey * by_z - ez * by_y
+            by_y = (sums[DRAG_Y, part, k] - leans[0] * sums[NORMAL, part, k]) / normal
+            by_z = (sums[DRAG_Z, part, k] - leans[1] * sums[NORMAL, part, k]) / normal
+            sums[ALONG, part, k], sums[ACROSS, part, k] = ey * by_y + ez * by_z, ey * by_z - ez * by_y
         if drags:  # those in one direction have none about the centre, which moves with the pressure
-            moment += dy * sums[2, 2, k] * x[2, j] - dz * sums[1, 1, k] * x[1, j]
-            sums[7, 0, k] = nodes.area * (force[1] * dz - force[2] * dy) / normal
-            sums[7, 1, k], sums[7, 2, k] = -dz * sums[1, 1, k], dy * sums[2, 2, k]
+            moment += dy * sums[DRAG_Z, 2, k] * x[2, j] - dz * sums[DRAG_Y, 1, k] * x[1, j]
+            sums[MOMENT, 0, k] = nodes.area * (force[1] * dz - force[2] * dy) / normal
+            sums[MOMENT, 1, k], sums[MOMENT, 2, k] = -dz * sums[DRAG_Y, 1, k], dy * sums[DRAG_Z, 2, k]
     row[column.FORCES], row[column.FORCES + 1], row[column.ACROSS] = force[0], force[1], force[2]
     row[column.CENTRE], row[column.CENTRE_Z] = centre[0], centre[1]
     row[column.ANGLE], row[column.MOMENT] = math.atan(tangent), moment
@@ -316,8 +248,8 @@ def _deviations(sums, work, count, turned, normal, ey, ez, std):
     z, a, c, d = work.z, turned.bend[0], turned.bend[1], turned.bend[2]
     known = a > 0.0 and a * d - c * c > 0.0
     directions = work.drags.shape[0]
-    std[7] = 0.0
-    for i in range(7):
+    std[MOMENT] = 0.0
+    for i in range(MOMENT):
         z[:count] = sums[i, 0]
         forward(work.lower, count, z)
         stay(work, count, z)
@@ -326,8 +258,8 @@ def _deviations(sums, work, count, turned, normal, ey, ez, std):
             variance += z[k] * z[k]
         if directions > 0:
             # by t itself, and by what follows from t
-            py = normal if i == 1 else ey if i == 5 else -ez if i == 6 else 0.0
-            pz = normal if i == 2 else ez if i == 5 else ey if i == 6 else 0.0
+            py = normal if i == DRAG_Y else ey if i == ALONG else -ez if i == ACROSS else 0.0
+            pz = normal if i == DRAG_Z else ez if i == ALONG else ey if i == ACROSS else 0.0
             for k in range(count):
                 py -= z[k] * turned.crossed[0, k]
                 if directions > 1:
@@ -357,11 +289,11 @@ def _free_deviations(sums, work, cones, count, many, std):
 @compiled()
 def _doubts(row, std, tangent):
     """Standard deviations into the row; where the angle may be any, its status."""
-    row[column.FORCE_STD], row[column.FORCE_STD + 1], row[column.ACROSS_STD] = std[0], std[1], std[2]
-    row[column.CENTRE_STD], row[column.CENTRE_Z_STD] = std[3], std[4]
-    row[column.ANGLE_STD], row[column.MOMENT_STD] = std[5] / (1.0 + tangent * tangent), std[7]
-    row[column.AZIMUTH_STD] = std[6] / abs(tangent) if tangent != 0.0 else math.inf
-    if not max(row[column.ANGLE_STD], std[6]) < 1.0:
+    row[column.FORCE_STD], row[column.FORCE_STD + 1], row[column.ACROSS_STD] = std[NORMAL], std[DRAG_Y], std[DRAG_Z]
+    row[column.CENTRE_STD], row[column.CENTRE_Z_STD] = std[AT_Y], std[AT_Z]
+    row[column.ANGLE_STD], row[column.MOMENT_STD] = std[ALONG] / (1.0 + tangent * tangent), std[MOMENT]
+    row[column.AZIMUTH_STD] = std[ACROSS] / abs(tangent) if tangent != 0.0 else math.inf
+    if not max(row[column.ANGLE_STD], std[ACROSS]) < 1.0:
         row[column.STATUS] = AMBIGUOUS
 
 

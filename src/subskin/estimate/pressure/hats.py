@@ -102,7 +102,7 @@ class Hats(Frozen):
 
 
 def _widened(table: FloatArray, axis: int, times: int) -> FloatArray:
-    """Readings of hats so many times as wide along an axis, from the first place on which there is a whole one."""
+    """Readings of hats so many times as wide along an axis, from the first position with a whole one on it."""
     count = table.shape[axis] - 2 * (times - 1)
     shares = (1 - abs(k - times + 1) / times for k in range(2 * times - 1))
     parts = (s * np.take(table, np.arange(k, k + count), axis) for k, s in enumerate(shares))

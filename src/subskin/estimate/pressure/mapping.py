@@ -204,7 +204,7 @@ class SurfaceMapper(Framewise):
         return self.least_force * float(np.linalg.norm(hats.columns(0), axis=1).max())
 
     def _task(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
-        """Fields of a `_kernel.Task`."""
+        """Fields of a `_task.Task`."""
         from scipy.special import chdtri
 
         prior, hats, row = self._surface.prior, self._hats(pattern), self._drags == 1
@@ -243,7 +243,7 @@ class SurfaceMapper(Framewise):
         )  # fmt: skip
 
     def _nodes(self) -> tuple[Any, ...]:
-        """Fields of a `_kernel.Nodes`."""
+        """Fields of a `_task.Nodes`."""
         surface, prior = self._surface, self._surface.prior
         (wide_y, wide_z), (ny, nz), row = surface.coarse, prior.shape, surface.drags == 1
         sides = 2 if row and self.shear == "free" else 1  # with all the drag that friction holds, to either side
