@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -239,7 +239,8 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         force = load.normal if load.normal.any() else load.tangential
         left = float((force * share).sum())
         ratio = float(force.sum()) / left if left else np.inf
-        for array, value in zip(out.values(), np.array([smooth, ratio, *gains]).tolist(), strict=True):
+        numbers: tuple[Any, ...] = (smooth, ratio, *gains)
+        for array, value in zip(out.values(), numbers, strict=True):
             array[index] = value
     equal_peak = Gains(*(out.pop(name) for name in Gains._fields))
     return RidgeGain(finger, contact, ridges, sensor, pitch.copy(), 0.5 * (high - low), **out, equal_peak=equal_peak)
