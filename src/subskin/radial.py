@@ -104,7 +104,7 @@ class RadialResponse(Frozen):
     def cubics(self) -> tuple[FloatArray, float]:
         """The tables in cells a quarter as long, (kinds, cells, functions, 4), and their error as of `error`.
 
-        Four numbers instead of six are looked up in each: compiled loops want these (`estimate/area/field.py`).
+        Four numbers instead of six are looked up in each: compiled loops want these (`estimate/area/point.py`).
         """
         share = CELLS // PER_OCTAVE
         middles = (np.arange(share)[:, None] + 0.5) / share - 0.5

@@ -1,7 +1,7 @@
 """The compiled heart of `fit` on an area: a round contact of some half width, one frame at a time.
 
 For each of some widths the scan and the climb of point loads (`project.py`), whose table is then that of the width;
-from their tops a climb over the width as well (`round_climb.py`). At the best width the contact is judged as a point
+from their tops a climb over the width as well (`round_contact.py`). At the best width the contact is judged as a point
 load is; the interval of the width is where chi-square rises by 1.96^2, all else fitted anew, and what the other
 unknowns do there is what the width adds to their covariance. Where a moment is fitted, the scans do not know of it:
 then a second search follows on what it leaves of the readings, and the contact is judged on these.
