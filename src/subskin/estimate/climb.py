@@ -74,7 +74,7 @@ def eliminate_between(g11, g12, g22, b1, b2, mu, low, high):
     return normal, tangential, best, i11, i12, i22
 
 
-@compiled()
+@compiled(borrows=True)
 def field_at(table, start, step, y, a):
     """A_N and A_T of a line load at y and their slopes in y, into a (4, n); table (cells, 5, 2, n) as in `project`."""
     cells, _, _, n = table.shape
@@ -218,7 +218,7 @@ def _newton(w, table, start, step, mu, ranged, least, most, y, low, high, tolera
     return y
 
 
-@compiled()
+@compiled(borrows=True)
 def project_wide(w, table, start, step, square, mu, y, q, c, a, fit, low, high):
     """The best admissible forces at (y, q): fit = N, T, S and the inverse of what the cone leaves free (3).
 
@@ -279,7 +279,7 @@ def project_wide(w, table, start, step, square, mu, y, q, c, a, fit, low, high):
         fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = eliminate(g11, g12, g22, b1, b2, mu)
 
 
-@compiled()
+@compiled(borrows=True)
 def slopes(w, a, fit):
     """Gradient of S/2 in (y, q) and its curvature there, with the sign of a maximum's taken as positive.
 
@@ -321,7 +321,7 @@ def slopes(w, a, fit):
     return gy, gq, yy, yq, qq, -byy, -byq, -bqq
 
 
-@compiled()
+@compiled(borrows=True)
 def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit, low, high):
     """Climb S from (y, q) within ends = (y low, y high, q low, q high); returns y and q, the rest in fit.
 

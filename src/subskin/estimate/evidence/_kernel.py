@@ -10,17 +10,38 @@ again, with an error of the model beside the noise, and other shapes, which are 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from ..._check import FloatArray
 from ..._compiled import compiled
-from ..climb import climb_wide, project_wide, slopes
-from ..scan import MOST_CHI2, highest, scan
-from ._integrals import _LOG_2PI, _NEGLIGIBLE, _REACH, _add, _broad, _interval, _log_weight, _survey, _valley
-from ._pair import weigh_pairs
+from ..climb import slopes
+from ..scan import MOST_CHI2, highest
+from ._integrals import (
+    _LOG_2PI,
+    _NEGLIGIBLE,
+    _REACH,
+    N,
+    Room,
+    S,
+    T,
+    add,
+    broad,
+    climbed,
+    interval,
+    log_weight,
+    projected,
+    surveyed,
+    valley,
+)  # fmt: skip
+from ._pair import FIRST, FIRST_ANGLE, HALF, MIDDLE, SECOND, SECOND_ANGLE, weigh_pairs
+from ._tables import STEP, field_of, scanned, survey_of
 from .columns import CHI2, EACH, HALF_WIDTH, KIND, LOG_EVIDENCE, NORMAL, POSITION, STATUS, TANGENTIAL
 
-_PEAKS = 4
+_PEAKS, BEST = 4, 0
+"""Peaks that are kept of each kind; the highest comes first."""
 _NODES = 10
 _OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
 _ERRORS = (0.01, 0.03, 0.1, 0.3)
@@ -30,66 +51,102 @@ _ALONE = 6.0
 _T, _W = np.polynomial.legendre.leggauss(_NODES)
 
 
-@compiled()
+class Odds(NamedTuple):
+    """How the kinds share what is known before.
+
+    slots (kinds,): the kinds' numbers; two, none: those of two touches and of none of these, -1 where not asked for.
+    weights, spare (kinds + 1,): log of the share in what is none of these, and readings beyond the unknowns, the last
+    of two touches. Of what is climbed to without a scan, first what is part of a kind, then of none of these, (others,)
+    each: which kind or -1, log of its share, log of what is left to the kind. moments (kinds + others,): second moments
+    of pressures of unit half width. off: log of the share of model errors in none of these.
+    """
+
+    slots: npt.NDArray[np.intp]
+    two: int
+    none: int
+    weights: FloatArray
+    spare: FloatArray
+    whole: npt.NDArray[np.intp]
+    share: FloatArray
+    left: FloatArray
+    moments: FloatArray
+    off: float
+
+
+class Limits(NamedTuple):
+    """The cone, and the chi-squares: explained by what is a contact, left by one kind, and left by two touches."""
+
+    mu: float
+    detection: float
+    largest: float
+    largest_pair: float
+
+
+class _Peaks(NamedTuple):
+    """The best positions y and q of a kind, (_PEAKS, 2), and their fits."""
+
+    at: FloatArray
+    fits: FloatArray
+
+
+@compiled(borrows=True)
 def _keep(y, q, fit, kept, apart, at, fits):
     """Put a position among the `kept` best, unless it is there already: their number."""
     for e in range(kept):
         if abs(at[e, 0] - y) <= apart[0] and abs(at[e, 1] - q) <= apart[1]:
             return kept
     e = kept
-    while e > 0 and fit[2] > fits[e - 1, 2]:
+    while e > 0 and fit[S] > fits[e - 1, S]:
         e -= 1
     if e == _PEAKS:
         return kept
     for k in range(min(kept, _PEAKS - 1), e, -1):
-        at[k], fits[k] = at[k - 1], fits[k - 1]
+        for j in range(fits.shape[1]):
+            fits[k, j] = fits[k - 1, j]
+        at[k, 0], at[k, 1] = at[k - 1, 0], at[k - 1, 1]
+    for j in range(fits.shape[1]):
+        fits[e, j] = fit[j]
     at[e, 0], at[e, 1] = y, q
-    fits[e] = fit
     return min(kept + 1, _PEAKS)
 
 
-@compiled()
-def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, at, fits, fit):
+@compiled(borrows=True)
+def _peaks(w, s, positions, squares, field, mu, thorough, room, peaks):
     """The highest positions of S over y and q, refined, the best first and each once: their number.
 
-    g: start and step of the table, the square of its widest. With `thorough`, from the best position of each width.
+    With `thorough`, from the best position of each width.
     """
-    start, step, square = g[0], g[1], g[2]
-    apart = (0.05 * step, 1e-3 * square)
-    kept = 0
+    kept, apart = 0, (0.05 * field.step, 1e-3 * field.square)
     if thorough:
         for j in range(squares.size):
             k = 0
             for p in range(1, positions.size):
                 k = p if s[j, p] > s[j, k] else k
-            y, q = climb_wide(
-                w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, fit, 0.0, math.inf
-            )
-            kept = _keep(y, q, fit, kept, apart, at, fits)
+            y, q = climbed(w, field, mu, positions[k], squares[j], field.ends, room)
+            kept = _keep(y, q, room.fit, kept, apart, peaks.at, peaks.fits)
         return kept
-    first = np.empty((_PEAKS, 2))
+    first, score = room.first, room.score
     for p in range(highest(s, positions[0], positions[1] - positions[0], squares, score, first)):
-        y, q = climb_wide(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, fit, 0.0, math.inf)
-        kept = _keep(y, q, fit, kept, apart, at, fits)
+        y, q = climbed(w, field, mu, first[p, 0], first[p, 1], field.ends, room)
+        kept = _keep(y, q, room.fit, kept, apart, peaks.at, peaks.fits)
     return kept
 
 
-@compiled()
-def _climbed(w, table, g, mu, ends, seeds, count, moment, c, a, at, fits, fit):
+@compiled(borrows=True)
+def _climbed_from(w, field, mu, seeds, count, moment, room, peaks):
     """The peaks that are reached from `seeds`, positions and second moments of the pressure: their number.
 
     moment: the second moment of a pressure of unit half width.
     """
-    apart = (0.05 * g[1], 1e-3 * g[2])
-    kept = 0
+    kept, apart = 0, (0.05 * field.step, 1e-3 * field.square)
     for p in range(count):
-        q = min(max(seeds[p, 1] / moment, ends[2]), ends[3])
-        y, q = climb_wide(w, table, g[0], g[1], g[2], mu, seeds[p, 0], q, ends, c, a, fit, 0.0, math.inf)
-        kept = _keep(y, q, fit, kept, apart, at, fits)
+        q = min(max(seeds[p, 1] / moment, field.ends[2]), field.ends[3])
+        y, q = climbed(w, field, mu, seeds[p, 0], q, field.ends, room)
+        kept = _keep(y, q, room.fit, kept, apart, peaks.at, peaks.fits)
     return kept
 
 
-@compiled()
+@compiled(borrows=True)
 def _seeds(total, counts, at, fits, moments, far, seeds):
     """Where other shapes are climbed to from: the best of the kinds, and the best that is `far` from it: their number.
 
@@ -99,43 +156,55 @@ def _seeds(total, counts, at, fits, moments, far, seeds):
     for _ in range(2):
         best = -1
         for k in range(counts.size):
-            if counts[k] > 0 and (found == 0 or abs(at[k, 0, 0] - seeds[0, 0]) > far):
-                best = k if best < 0 or fits[k, 0, 2] > fits[best, 0, 2] else best
-        if best < 0 or total - fits[best, 0, 2] > 4.0 * least + _NEGLIGIBLE:
+            if counts[k] > 0 and (found == 0 or abs(at[k, BEST, 0] - seeds[0, 0]) > far):
+                best = k if best < 0 or fits[k, BEST, S] > fits[best, BEST, S] else best
+        if best < 0 or total - fits[best, BEST, S] > 4.0 * least + _NEGLIGIBLE:
             break
-        seeds[found, 0], seeds[found, 1] = at[best, 0, 0], moments[best] * at[best, 0, 1]
-        found, least = found + 1, total - fits[best, 0, 2]
+        seeds[found, 0], seeds[found, 1] = at[best, BEST, 0], moments[best] * at[best, BEST, 1]
+        found, least = found + 1, total - fits[best, BEST, S]
     return found
 
 
-@compiled()
-def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c, a, fit, hold, info, mean):
-    """Log of the evidence from the peaks `at`, without what all kinds have in common."""
-    low, high = ends[2], ends[3]
+@compiled(borrows=True)
+def _near(count, peaks, explained):
+    """How many of the peaks explain about as much as the best of all."""
+    near = 0
+    while near < count and peaks.fits[near, S] > explained - 2.0 * _NEGLIGIBLE:
+        near += 1
+    return near
+
+
+@compiled(borrows=True)
+def _evidence(w, field, mu, count, peaks, room):
+    """Log of the evidence from the peaks, without what all kinds have in common."""
+    low, high = field.ends[2], field.ends[3]
+    at, fits, spans = peaks.at, peaks.fits, room.spans
+    a, info, mean = room.a[0], room.info, room.mean
     total = -math.inf
     prior = -math.log(math.sqrt(high) - math.sqrt(low)) if high > low else 0.0  # all widths as probable
     for p in range(count):
         y, q = at[p, 0], at[p, 1]
-        project_wide(w, table, start, step, square, mu, y, q, c, a[0], fits[p], 0.0, math.inf)
-        _, gq, yy, yq, qq, _, _, _ = slopes(w, a[0], fits[p])
+        projected(w, field, mu, y, q, room, fits[p])
+        _, gq, yy, yq, qq, _, _, _ = slopes(w, a, fits[p])
         spans[p, 0] = spans[p, 1] = q
         if high > low:
             curvature = max(qq - yq * yq / max(yy, 1e-300), 1e-300)
             inside = low < q < high
-            spans[p, 0], spans[p, 1] = _interval(0.0 if inside else gq, curvature, q, low, high)
+            spans[p, 0], spans[p, 1] = interval(0.0 if inside else gq, curvature, q, low, high)
             half = math.sqrt(q)
             spread = 1.0 / math.sqrt(curvature) / max(2.0 * half, 1e-300)
             apart = True
             for e in range(count):
                 apart &= e == p or abs(at[e, 1] - q) > 4.0 * _REACH / math.sqrt(curvature)
             if apart and low < spans[p, 0] and spans[p, 1] < high and spread < 0.01 * half:
-                here = _log_weight(w, a[0], fits[p], mu, y, ends, info, mean) + 0.5 * _LOG_2PI + math.log(spread)
-                total = _add(total, here + prior)
+                here = log_weight(w, fits[p], mu, y, field.ends, a, info, mean) + 0.5 * _LOG_2PI + math.log(spread)
+                total = add(total, here + prior)
                 spans[p, 1] = -1.0  # done
         else:
-            total = _add(total, _log_weight(w, a[0], fits[p], mu, y, ends, info, mean))
+            total = add(total, log_weight(w, fits[p], mu, y, field.ends, a, info, mean))
     if not high > low:
         return total
+    begin, found, ends = room.begin, room.found, room.ends
     for p in range(count):
         if spans[p, 1] < 0.0:
             continue
@@ -150,106 +219,96 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
         members = 0
         for e in range(count):
             if spans[e, 1] >= first and spans[e, 0] <= last:
-                hold[0, members] = at[e, 0]
+                begin[members] = at[e, 0]
                 members += 1
                 spans[e, 1] = -1.0
         one, two = math.sqrt(first), math.sqrt(last)
         for k in range(_NODES):
             half = 0.5 * (one + two + (two - one) * _T[k])
             q = half * half
-            hold[2, 0], hold[2, 1], hold[2, 2], hold[2, 3] = ends[0], ends[1], q, q
+            ends[0], ends[1], ends[2], ends[3] = field.ends[0], field.ends[1], q, q
             share = math.log(0.5 * (two - one) * _W[k]) + prior
             for e in range(members):
-                y, _ = climb_wide(w, table, start, step, square, mu, hold[0, e], q, hold[2], c, a, fit, 0.0, math.inf)
-                hold[0, e] = hold[1, e] = y
-                project_wide(w, table, start, step, square, mu, y, q, c, a[0], fit, 0.0, math.inf)
+                y, _ = climbed(w, field, mu, begin[e], q, ends, room)
+                begin[e] = found[e] = y
+                projected(w, field, mu, y, q, room, room.fit)
                 new = True
                 for d in range(e):
-                    new &= abs(hold[1, d] - y) > 0.05 * step
+                    new &= abs(found[d] - y) > 0.05 * field.step
                 if new:
-                    total = _add(total, _log_weight(w, a[0], fit, mu, y, ends, info, mean) + share)
+                    total = add(total, log_weight(w, room.fit, mu, y, ends, a, info, mean) + share)
     return total
 
 
-@compiled()
-def _none(row, slots, weights, spare, total, n):
+@compiled(borrows=True)
+def _none(row, odds, total, n):
     """Log of the evidence of what is near to one of the kinds: of their mean, were the noise larger by a model error.
 
     Half of it is near to two touches, where these are asked for.
 
     Forces, positions and widths that fit are as many more as the noise is larger, so that only the spare readings pay.
     """
-    sums = -math.inf
+    sums, kinds = -math.inf, odds.slots.size
     for e in range(len(_ERRORS)):
         inflated = 1.0 + _ERRORS[e] * _ERRORS[e] * total / n
-        for k in range(slots.size):
-            part = row[KIND + slots[k] * EACH : KIND + (slots[k] + 1) * EACH]
+        for k in range(kinds + (odds.two >= 0)):
+            part = _part(row, odds.slots[k] if k < kinds else odds.two)
             if part[LOG_EVIDENCE] > -math.inf:
                 here = part[LOG_EVIDENCE] + 0.5 * part[CHI2] * (1.0 - 1.0 / inflated)
-                sums = _add(sums, here + weights[k] - 0.5 * spare[k] * math.log(inflated))
+                sums = add(sums, here + odds.weights[k] - 0.5 * odds.spare[k] * math.log(inflated))
     return sums - math.log(float(len(_ERRORS)))
 
 
 @compiled(inline=True)
-def _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes):
-    """A kind's part of what all kinds have one after the other: bases, edges, squares, and its table."""
-    rows, cells, wides = shapes[k, 0], shapes[k, 1], shapes[k, 2]
-    b, e, q, t = starts[k, 0], starts[k, 1], starts[k, 2], starts[k, 3]
-    return (
-        bases[b : b + 2 * n * rows * m].reshape(n, 2, rows * m),
-        edges[e : e + 4 * rows * m].reshape(4, rows * m),
-        squares[q : q + rows],
-        tables[t : t + cells * wides * 10 * n].reshape(cells, wides, 10 * n),
-    )
+def _part(row, slot):
+    """The columns of a kind."""
+    return row[KIND + slot * EACH : KIND + (slot + 1) * EACH]
 
 
-@compiled(inline=True)
-def _table(k, n, tables, starts, shapes):
-    """The table alone, of what has no scan."""
-    cells, wides, t = shapes[k, 1], shapes[k, 2], starts[k, 3]
-    return tables[t : t + cells * wides * 10 * n].reshape(cells, wides, 10 * n)
+@compiled(borrows=True)
+def _say(part, total, peaks):
+    """The best contact of a kind."""
+    at, fits = peaks
+    part[CHI2] = max(total - fits[BEST, S], 0.0)
+    part[POSITION], part[NORMAL], part[TANGENTIAL] = at[BEST, 0], fits[BEST, N], fits[BEST, T]
+    part[HALF_WIDTH] = math.sqrt(at[BEST, 1])
+
+
+@compiled(borrows=True)
+def _say_pair(part, log, chi2, best):
+    """The best two touches."""
+    part[LOG_EVIDENCE], part[CHI2] = log, chi2
+    if log > -math.inf:
+        one, two = best[FIRST_ANGLE], best[SECOND_ANGLE]
+        part[POSITION], part[HALF_WIDTH] = best[MIDDLE], best[HALF]
+        part[NORMAL] = best[FIRST] * math.cos(one) + best[SECOND] * math.cos(two)
+        part[TANGENTIAL] = best[FIRST] * math.sin(one) + best[SECOND] * math.sin(two)
 
 
 @compiled()
-def weigh_frames(
-    readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, starts, shapes, geometry, options,
-    slots, weights, spare, more, moments, pairs, basis_pairs, tri, back, line, ends_pair, out,
-):  # fmt: skip
+def weigh_frames(readings, sensors, tables, odds, limits, pairs, out):
     """Fill `out`, one row a frame; the columns are named in `columns.py`.
 
-    bases, edges, squares, tables, as in `project_frames`, and fines, nodes, rows, as in `_survey`: all kinds' one after
-    the other, so that any number of kinds is one compilation. starts (kinds, 7): where each kind's begin; shapes
-    (kinds, 4): number of squares, of the table's cells and widths, of the survey's widths. geometry (kinds + 1, 7):
-    start and step of the table, the square of its widest, and the ends of y and q, the last for pairs. options: mu, the
-    thresholds, the survey's steps to one of the scan's, the log of the share of model errors in none of these. slots
-    (kinds + 2,): the kinds' numbers, the last but one that of two touches, the last that of none of these, -1 where it
-    is not asked for. weights, spare (kinds + 1,): log of the share in what is none of these, and readings beyond the
-    unknowns. more (others, 3): of what is climbed to without a scan, behind the kinds in all the above, first what is
-    part of a kind, then of none of these: which kind or -1, log of its share, log of what is left to the kind.
-    moments (kinds + others,): second moments of pressures of unit half width. Then as in `weigh_pairs`.
+    tables, odds, limits, pairs: `Tables`, `Odds`, `Limits`, `Pairs`.
     """
     frames, n = readings.shape
-    kinds, others = slots.size - 2, more.shape[0]
+    mu, slots, whole = limits.mu, odds.slots, odds.whole
+    kinds, others = slots.size, whole.size
     parts = kinds
     for e in range(others):
-        parts += more[e, 0] >= 0.0
-    mu, detection, largest, largest_pair = options[0], options[1], options[2], options[3]
-    fines_per_cell = int(options[4])
-    two, none = slots[kinds], slots[kinds + 1]
-    best = np.empty(7)
+        parts += whole[e] >= 0
+    best = np.empty(6)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
-    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + shapes[:, 2].max() + 3))
-    fits, fit = np.empty((kinds + others, _PEAKS, 6)), np.empty(6)
-    at, score = np.empty((kinds + others, _PEAKS, 2)), np.empty(_PEAKS)
-    seeds = np.empty((_PEAKS, 2))
-    spans, hold = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4)))
-    info, mean = np.empty((3, 3)), np.empty(3)
-    counts = np.empty(kinds + others, dtype=np.int64)
-    most, m = shapes[:, 0].max(), positions.size
-    fine = fines_per_cell * (m - 1) + 1
-    step = (positions[-1] - positions[0]) / (fine - 1)
-    scans, sums = np.empty(most * m, dtype=np.float32), np.empty((2, most * m), dtype=np.float32)
+    room = Room(
+        np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + tables.sizes.widths.max() + 3)), np.empty(6), np.empty((3, 3)),
+        np.empty(3), np.empty((_PEAKS, 2)), np.empty(_PEAKS), np.empty((_PEAKS, 2)), np.empty(_PEAKS), np.empty(_PEAKS),
+        np.empty(4),
+    )  # fmt: skip
+    at, fits = np.empty((kinds + others, _PEAKS, 2)), np.empty((kinds + others, _PEAKS, 6))
+    seeds, counts = np.empty((_PEAKS, 2)), np.empty(kinds + others, dtype=np.int64)
+    most = tables.sizes.squares.max() * tables.positions.size
+    scans, sums = np.empty(most, dtype=np.float32), np.empty((2, most), dtype=np.float32)
     for f in range(frames):
         row = out[f]
         row[:] = math.nan
@@ -267,108 +326,66 @@ def weigh_frames(
         explained = 0.0
         for attempt in range(2):
             # before a frame is called unexplained, the best position of each width is tried
-            if attempt == 1 and total - explained <= largest:
+            if attempt == 1 and total - explained <= limits.largest:
                 break
-            for k in range(kinds):
-                g, ends = geometry[k, :3], geometry[k, 3:]
-                basis, edge, square, table = _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes)
-                size = square.size * m
-                scan(w_single, basis, edge, sums[:, :size], scans[:size])
-                s = scans[:size].reshape(square.size, m)
-                counts[k] = _peaks(
-                    w, s, positions, square, table, g, mu, ends, attempt == 1, c, a, score, at[k], fits[k], fit
-                )
+            for k in range(parts):
+                field, peaks = field_of(tables, k, n), _Peaks(at[k], fits[k])
+                if k < kinds:
+                    s, squares = scanned(w_single, tables, k, n, sums, scans)
+                    counts[k] = _peaks(w, s, tables.positions, squares, field, mu, attempt == 1, room, peaks)
+                else:
+                    e = whole[k - kinds]
+                    seeds[:, 0], seeds[:, 1] = at[e, :, 0], odds.moments[e] * at[e, :, 1]
+                    counts[k] = _climbed_from(w, field, mu, seeds, counts[e], odds.moments[k], room, peaks)
                 if counts[k] > 0:
-                    explained = max(explained, fits[k, 0, 2])
-            for k in range(kinds, parts):
-                whole = int(more[k - kinds, 0])
-                seeds[:, 0], seeds[:, 1] = at[whole, :, 0], moments[whole] * at[whole, :, 1]
-                table = _table(k, n, tables, starts, shapes)
-                counts[k] = _climbed(
-                    w, table, geometry[k, :3], mu, geometry[k, 3:], seeds, counts[whole], moments[k], c, a, at[k],
-                    fits[k], fit,
-                )  # fmt: skip
-                if counts[k] > 0:
-                    explained = max(explained, fits[k, 0, 2])
+                    explained = max(explained, fits[k, BEST, S])
         row[STATUS] = _OK
-        part = row[KIND + two * EACH : KIND + (two + 1) * EACH]
-        chi2_pair = total
-        explains = total - explained <= largest
-        if two >= 0:
-            part[LOG_EVIDENCE], part[CHI2] = -math.inf, total
-        if two >= 0 and total - explained > _ALONE and total >= detection:
-            weight = weigh_pairs(
-                w, w_single, pairs, basis_pairs, tri, back, line, geometry[kinds + others, :3], ends_pair, mu, best
-            )  # fmt: skip
-            part[CHI2] = chi2_pair = best[6]
-            explains |= best[6] <= largest_pair
-            if weight > -math.inf:
-                part[LOG_EVIDENCE] = weight + 0.5 * (total - explained)
-                part[POSITION], part[HALF_WIDTH] = best[0], best[1]
-                part[NORMAL] = best[2] * math.cos(best[3]) + best[4] * math.cos(best[5])
-                part[TANGENTIAL] = best[2] * math.sin(best[3]) + best[4] * math.sin(best[5])
-        if not explains or max(explained, total - largest_pair if two >= 0 else 0.0) < detection:
+        chi2_pair, explains = total, total - explained <= limits.largest
+        if odds.two >= 0:
+            log = -math.inf
+            if total - explained > _ALONE and total >= limits.detection:
+                log, chi2_pair = weigh_pairs(w, w_single, pairs, mu, best)
+                log += 0.5 * (total - explained)
+                explains |= chi2_pair <= limits.largest_pair
+            _say_pair(_part(row, odds.two), log, chi2_pair, best)
+        needed = max(explained, total - limits.largest_pair if odds.two >= 0 else 0.0)
+        if not explains or needed < limits.detection:
             row[STATUS] = _UNEXPLAINED if not explains else _NO_CONTACT
             continue
         for k in range(kinds):
-            part = row[KIND + slots[k] * EACH : KIND + (slots[k] + 1) * EACH]
+            part, field, peaks = _part(row, slots[k]), field_of(tables, k, n), _Peaks(at[k], fits[k])
             part[LOG_EVIDENCE], part[CHI2] = -math.inf, total
             if counts[k] > 0:
-                normal, tangential = fits[k, 0, 0], fits[k, 0, 1]
-                part[CHI2] = max(total - fits[k, 0, 2], 0.0)
-                part[POSITION], part[NORMAL], part[TANGENTIAL] = at[k, 0, 0], normal, tangential
-                part[HALF_WIDTH] = math.sqrt(at[k, 0, 1])
-            g, ends = geometry[k, :3], geometry[k, 3:]
-            count = 0
-            while count < counts[k] and fits[k, count, 2] > explained - 2.0 * _NEGLIGIBLE:
-                count += 1
+                _say(part, total, peaks)
+            count = _near(counts[k], peaks, explained)
             if count == 0:
                 continue
-            basis, edge, square, table = _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes)
-            wide, begin = shapes[k, 3], starts[k, 6]
-            widths = rows[begin : begin + 3 * wide].reshape(3, wide)
-            if _broad(w, table, g, mu, at[k, 0], fits[k, 0], ends, widths, step, c, a[0]):
-                size = square.size * m
-                scan(w_single, basis, edge, sums[:, :size], scans[:size])
-                s = scans[:size].reshape(square.size, m)
-                grid = fines[starts[k, 4] : starts[k, 4] + 2 * n * wide * fine].reshape(n, 2, wide, fine)
-                node = nodes[starts[k, 5] : starts[k, 5] + 4 * wide * fine].reshape(4, wide, fine)
-                part[LOG_EVIDENCE] = _survey(w, s, square, explained, mu, grid, node, widths, step)
+            survey = survey_of(tables, k, n)
+            if broad(w, field, mu, at[k, BEST], fits[k, BEST], survey, room):
+                s, squares = scanned(w_single, tables, k, n, sums, scans)
+                part[LOG_EVIDENCE] = surveyed(w, s, squares, explained, mu, survey)
             else:
-                part[LOG_EVIDENCE] = _evidence(
-                    w, table, g[0], g[1], g[2], mu, ends, count, at[k], fits[k], spans, c, a, fit, hold, info, mean
-                )
+                part[LOG_EVIDENCE] = _evidence(w, field, mu, count, peaks, room)
             part[LOG_EVIDENCE] -= 0.5 * explained
         known = max(explained, total - chi2_pair)
         shaped, found = -math.inf, 0
         if parts < kinds + others:
-            far = 4.0 * geometry[0, 1]
-            found = _seeds(total, counts[:parts], at, fits, moments, far, seeds)
+            found = _seeds(total, counts[:parts], at, fits, odds.moments, 4.0 * tables.geometry[0, STEP], seeds)
         for k in range(kinds, kinds + others):
-            g, ends = geometry[k, :3], geometry[k, 3:]
-            table = _table(k, n, tables, starts, shapes)
+            field, peaks = field_of(tables, k, n), _Peaks(at[k], fits[k])
             if k >= parts:
-                counts[k] = _climbed(
-                    w, table, g, mu, ends, seeds, found, moments[k], c, a, at[k], fits[k], fit
-                )  # fmt: skip
-            count = 0
-            while count < counts[k] and fits[k, count, 2] > known - 2.0 * _NEGLIGIBLE:
-                count += 1
+                counts[k] = _climbed_from(w, field, mu, seeds, found, odds.moments[k], room, peaks)
             here = -math.inf
-            for p in range(count):
-                here = _add(here, _valley(w, table, g, mu, at[k, p], ends, c, a[0], fit, info, mean))
-            here += more[k - kinds, 1] - 0.5 * explained
+            for p in range(_near(counts[k], peaks, known)):
+                here = add(here, valley(w, field, mu, at[k, p], room))
+            here += odds.share[k - kinds] - 0.5 * explained
             if k >= parts:
-                shaped = _add(shaped, here)
+                shaped = add(shaped, here)
                 continue
-            slot = slots[int(more[k - kinds, 0])]
-            part = row[KIND + slot * EACH : KIND + (slot + 1) * EACH]
-            before = part[LOG_EVIDENCE] + more[k - kinds, 2]
-            part[LOG_EVIDENCE] = _add(before, here)
+            part = _part(row, slots[whole[k - kinds]])
+            before = part[LOG_EVIDENCE] + odds.left[k - kinds]
+            part[LOG_EVIDENCE] = add(before, here)
             if here > before:
-                part[CHI2] = max(total - fits[k, 0, 2], 0.0)
-                part[POSITION], part[NORMAL], part[TANGENTIAL] = at[k, 0, 0], fits[k, 0, 0], fits[k, 0, 1]
-                part[HALF_WIDTH] = math.sqrt(at[k, 0, 1])
-        if none >= 0:
-            off = _none(row, slots[: kinds + (two >= 0)], weights, spare, total, n)
-            row[KIND + none * EACH] = _add(off + options[5], shaped)
+                _say(part, total, peaks)
+        if odds.none >= 0:
+            row[KIND + odds.none * EACH] = add(_none(row, odds, total, n) + odds.off, shaped)

@@ -95,7 +95,7 @@ class Evidence(Framewise):
         if not self._single or len(pair) > 1 or len(none) > 1:
             rule = 'at least one kind of a family, and at most one "pair" and one "none", can be weighed'
             raise InvalidValueError(f"families = {[k.family for k in self.kinds]}", rule, "leave the others out")
-        self._places = np.array([*self._single, *(pair or [-1]), *(none or [-1])])
+        self._two, self._none = (pair or [-1])[0], (none or [-1])[0]
         array = finger.array
         y, depth = np.asarray(array.y), np.asarray(array.depth)
         if search is None:
@@ -163,6 +163,9 @@ class Evidence(Framewise):
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         from scipy.special import chdtri
 
+        from ._kernel import Limits, Odds
+        from ._tables import Sizes, Starts, Tables
+
         array = self.array.select(pattern)
         scale = 1 / np.asarray(array.noise)
         tables, bases, edges, geometry, fines, nodes, rows = [], [], [], [], [], [], []
@@ -186,32 +189,43 @@ class Evidence(Framewise):
         for field, half_width in self._more:
             tables.append(packed(field.select(pattern), scale))
             geometry.append([field.start, field.step, field.widest**2, *self._ends, *np.square(half_width)])
-        geometry.append([self._line.start, self._line.step, self._shallowest, *4 * [0.0]])
-        spare = np.array([float(len(array) - k.unknowns(self.friction)) for k in single])
+        spare = [float(len(array) - k.unknowns(self.friction)) for k in single]
         alone = len(array) - (3 if self.friction > 0 else 2)
         both = len(array) - (6 if self.friction > 0 else 4)
         largest, most = (float(chdtri(max(k, 1), self._false_alarm)) for k in (alone, both))
-        options = np.array([self.friction, 2 * np.log(1 / self._false_alarm), largest, most, _FINE, np.log(_OFF)])
-        two = self._places[len(single)]
         priors = np.array([k.prior for k in single])
         # what is near to none of the single ones is near to two touches
-        shares = np.log(np.append(priors / priors.sum() * (0.5 if two >= 0 else 1.0), 0.5))
-        scans = [*self._squares, *len(self._more) * [np.empty(0)]]
-        parts: list[Any] = [bases, edges, self._squares, tables, fines, nodes, rows]
-        starts = np.zeros((len(tables), len(parts)), dtype=np.int64)
-        for column, part in zip(starts.T, parts, strict=True):
-            column[1 : len(part)] = np.cumsum([p.size for p in part[:-1]])
-        surveyed = [*(r.shape[1] for r in rows), *len(self._more) * [0]]
-        sizes = [[q.size, *t.shape[:2], r] for q, t, r in zip(scans, tables, surveyed, strict=True)]
-        flat = [np.concatenate([np.ravel(p) for p in part]) for part in parts]
-        layout = (*flat[:2], self._positions, *flat[2:], starts, np.array(sizes))
-        odds = (self._places, shares, np.maximum(np.append(spare, both), 0.0), self._parts, self._moments)
-        return sensor_rows(array), *layout, np.array(geometry), options, *odds, *self._pairs(pattern, scale)
+        shares = np.log(np.append(priors / priors.sum() * (0.5 if self._two >= 0 else 1.0), 0.5))
+        flat: list[Any] = [bases, edges, self._squares, tables, fines, nodes, rows]
+        starts = np.zeros((len(flat), len(tables)), dtype=np.int64)
+        for begin, part in zip(starts, flat, strict=True):
+            begin[1 : len(part)] = np.cumsum([p.size for p in part[:-1]])
+        none = len(self._more) * [0]
+        sizes = (
+            [*(q.size for q in self._squares), *none], *np.transpose([t.shape[:2] for t in tables]),
+            [*(r.shape[1] for r in rows), *none],
+        )  # fmt: skip
+        scans, *tabled = (np.concatenate([np.ravel(p) for p in part]) for part in flat)
+        whole, share, left = self._parts.T
+        return (
+            sensor_rows(array),
+            Tables(
+                scans, tabled[0], self._positions, *tabled[1:], np.array(geometry), Starts(*starts),
+                Sizes(*(np.array(s, dtype=np.int64) for s in sizes)), _FINE,
+            ),
+            Odds(
+                np.array(self._single), self._two, self._none, shares, np.maximum([*spare, both], 0.0),
+                whole.astype(np.intp), *map(np.ascontiguousarray, (share, left)), self._moments, float(np.log(_OFF)),
+            ),
+            Limits(self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most),
+            self._pairs(pattern, scale),
+        )  # fmt: skip
 
-    def _pairs(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> tuple[npt.NDArray[Any], ...]:
-        """Arguments of `weigh_pairs`; without pairs where no kind is one."""
-        two = self._places[len(self._single)]
-        part = self._line.select(pattern)
+    def _pairs(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> Any:
+        """What the sensors read of two touches; without pairs where no kind is one."""
+        from ._pair import Line, Pairs
+
+        two, part = self._two, self._line.select(pattern)
         low, high = self.kinds[two].half_width if two >= 0 else (0.0, 0.0)
         step = 0.5 * _PAIRS * self._shallowest
         first, last = self._ends
@@ -226,10 +240,11 @@ class Evidence(Framewise):
         size = np.abs(tri).max(axis=(1, 2), keepdims=True, initial=1e-300)
         i = np.arange(4)
         tri[:, i, i] = np.where(tri[:, i, i] < 0, -1.0, 1.0) * np.maximum(np.abs(tri[:, i, i]), 1e-6 * size[:, :, 0])
-        upper = np.triu_indices(4)
-        packs = [np.moveaxis(m, 0, -1) for m in (basis[:, : fields.shape[1]], tri, np.linalg.inv(tri))]
-        single = (np.ascontiguousarray(m, dtype=np.float32) for m in (packs[0], packs[1][upper], packs[2][upper]))
-        return grid, *single, packed(part, scale), np.array([first, last, low, high])
+        made = (basis[:, : fields.shape[1]], tri, np.linalg.inv(tri))
+        single = (np.ascontiguousarray(np.moveaxis(m, 0, -1), dtype=np.float32) for m in made)
+        ends = np.array([first, last, low, high])
+        line = Line(packed(part, scale), self._line.start, self._line.step)
+        return Pairs(grid, *single, line, self._shallowest, ends)
 
 
 def _squares(kind: Kind, depth: float) -> FloatArray:
