@@ -308,7 +308,7 @@ def weigh_frames(readings, sensors, tables, odds, limits, pairs, out):
     at, fits = np.empty((kinds + others, _PEAKS, 2)), np.empty((kinds + others, _PEAKS, 6))
     seeds, counts = np.empty((_PEAKS, 2)), np.empty(kinds + others, dtype=np.int64)
     most = tables.sizes.squares.max() * tables.positions.size
-    scans, sums = np.empty(most, dtype=np.float32), np.empty((2, most), dtype=np.float32)
+    scans, sums = np.empty(most, dtype=np.float32), np.empty(2 * most, dtype=np.float32)
     for f in range(frames):
         row = out[f]
         row[:] = math.nan

@@ -74,7 +74,8 @@ def scanned(w, tables, k, n, sums, s):
     m, rows = tables.positions.size, tables.sizes.squares[k]
     b, e, q = tables.starts.bases[k], tables.starts.edges[k], tables.starts.squares[k]
     basis = tables.bases[b : b + 2 * n * rows * m].reshape(n, 2, rows * m)
-    scan(w, basis, tables.edges[e : e + 4 * rows * m].reshape(4, rows * m), sums[:, : rows * m], s[: rows * m])
+    edges = tables.edges[e : e + 4 * rows * m].reshape(4, rows * m)
+    scan(w, basis, edges, sums[: 2 * rows * m].reshape(2, rows * m), s[: rows * m])
     return s[: rows * m].reshape(rows, m), tables.squares[q : q + rows]
 
 
