@@ -20,7 +20,7 @@ N, T, S = 0, 1, 2
 """What a fit begins with: the forces, and the chi-square that they explain."""
 
 
-class Field(NamedTuple):
+class KindField(NamedTuple):
     """What the sensors read of one family of contacts, and where such a contact may be.
 
     table, start, step, square: as of `project_wide`; ends (4,): of y, and of q, the square of the half width.
@@ -46,7 +46,7 @@ class Survey(NamedTuple):
     step: float
 
 
-class Room(NamedTuple):
+class WeighingRoom(NamedTuple):
     """Scratch: a (2, 6, 2 n) and c as of `climb_wide`, a fit, the matrix and mean of a Gaussian, and of each peak.
 
     Of each peak where it is first seen, how high it is there, the widths (least, most) that count about it, where its

@@ -24,9 +24,9 @@ from ._integrals import (
     _NEGLIGIBLE,
     _REACH,
     N,
-    Room,
     S,
     T,
+    WeighingRoom,
     add,
     broad,
     climbed,
@@ -73,7 +73,7 @@ class Odds(NamedTuple):
     off: float
 
 
-class Limits(NamedTuple):
+class Thresholds(NamedTuple):
     """The cone, and the chi-squares: explained by what is a contact, left by one kind, and left by two touches."""
 
     mu: float
@@ -289,7 +289,7 @@ def _say_pair(part, log, chi2, best):
 def weigh_frames(readings, sensors, tables, odds, limits, pairs, out):
     """Fill `out`, one row a frame; the columns are named in `columns.py`.
 
-    tables, odds, limits, pairs: `Tables`, `Odds`, `Limits`, `Pairs`.
+    tables, odds, limits, pairs: `Tables`, `Odds`, `Thresholds`, `TouchPairs`.
     """
     frames, n = readings.shape
     mu, slots, whole = limits.mu, odds.slots, odds.whole
@@ -300,7 +300,7 @@ def weigh_frames(readings, sensors, tables, odds, limits, pairs, out):
     best = np.empty(6)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
-    room = Room(
+    room = WeighingRoom(
         np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + tables.sizes.widths.max() + 3)), np.empty(6), np.empty((3, 3)),
         np.empty(3), np.empty((_PEAKS, 2)), np.empty(_PEAKS), np.empty((_PEAKS, 2)), np.empty(_PEAKS), np.empty(_PEAKS),
         np.empty(4),

@@ -26,7 +26,7 @@ MIDDLE, HALF, FIRST, FIRST_ANGLE, SECOND, SECOND_ANGLE = range(_SIZE)
 """Unknowns of a pair: midpoint, half distance, and magnitude and angle of each touch."""
 
 
-class Line(NamedTuple):
+class LineTable(NamedTuple):
     """What the sensors read of one line load, as of `field_at`."""
 
     table: FloatArray
@@ -34,7 +34,7 @@ class Line(NamedTuple):
     step: float
 
 
-class Pairs(NamedTuple):
+class TouchPairs(NamedTuple):
     """What the sensors read of two line loads at once, and where these may be.
 
     grid (2, m): midpoints and half distances; basis (n, 4, m): orthonormal columns of each pair's A = Q R; tri, back
@@ -46,12 +46,12 @@ class Pairs(NamedTuple):
     basis: npt.NDArray[np.float32]
     tri: npt.NDArray[np.float32]
     back: npt.NDArray[np.float32]
-    line: Line
+    line: LineTable
     near: float
     ends: FloatArray
 
 
-class _Room(NamedTuple):
+class PairRoom(NamedTuple):
     """Scratch: fields a (2, 4, n) of both touches, residuals and slopes of two pairs, and those of a Gaussian."""
 
     a: FloatArray
@@ -338,7 +338,7 @@ def weigh_pairs(w, w_single, pairs, mu, best):
     lean = math.atan(mu)
     _scan(w_single, pairs, np.float32(min(mu, 1e6)), c, s)
     xs, chi2s, grid = np.empty((_STARTS, _SIZE)), np.empty(_STARTS), pairs.grid
-    room = _Room(
+    room = PairRoom(
         np.empty((2, 4, n)), np.empty((2, n)), np.empty((2, _SIZE, n)), np.empty((_SIZE, _SIZE)),
         np.empty((_SIZE, _SIZE)), np.empty(_SIZE), np.empty(_SIZE), np.empty(_SIZE), np.empty(_SIZE), np.empty(_SIZE),
         np.empty(_SIZE),

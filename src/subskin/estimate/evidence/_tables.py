@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ..._compiled import compiled
 from ..scan import scan
-from ._integrals import Field, Survey
+from ._integrals import KindField, Survey
 
 START, STEP, SQUARE, ENDS = range(4)
 """Columns of `Tables.geometry`; the ends are the last four."""
@@ -65,7 +65,7 @@ def field_of(tables, k, n):
     cells, wides, t = tables.sizes.cells[k], tables.sizes.widths[k], tables.starts.tables[k]
     g = tables.geometry[k]
     table = tables.tables[t : t + cells * wides * 10 * n].reshape(cells, wides, 10 * n)
-    return Field(table, g[START], g[STEP], g[SQUARE], g[ENDS:])
+    return KindField(table, g[START], g[STEP], g[SQUARE], g[ENDS:])
 
 
 @compiled()

@@ -163,7 +163,7 @@ class Evidence(Framewise):
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         from scipy.special import chdtri
 
-        from ._kernel import Limits, Odds
+        from ._kernel import Odds, Thresholds
         from ._tables import Sizes, Starts, Tables
 
         array = self.array.select(pattern)
@@ -217,13 +217,13 @@ class Evidence(Framewise):
                 np.array(self._single), self._two, self._none, shares, np.maximum([*spare, both], 0.0),
                 whole.astype(np.intp), *map(np.ascontiguousarray, (share, left)), self._moments, float(np.log(_OFF)),
             ),
-            Limits(self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most),
+            Thresholds(self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most),
             self._pairs(pattern, scale),
         )  # fmt: skip
 
     def _pairs(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> Any:
         """What the sensors read of two touches; without pairs where no kind is one."""
-        from ._pair import Line, Pairs
+        from ._pair import LineTable, TouchPairs
 
         two, part = self._two, self._line.select(pattern)
         low, high = self.kinds[two].half_width if two >= 0 else (0.0, 0.0)
@@ -243,8 +243,8 @@ class Evidence(Framewise):
         made = (basis[:, : fields.shape[1]], tri, np.linalg.inv(tri))
         single = (np.ascontiguousarray(np.moveaxis(m, 0, -1), dtype=np.float32) for m in made)
         ends = np.array([first, last, low, high])
-        line = Line(packed(part, scale), self._line.start, self._line.step)
-        return Pairs(grid, *single, line, self._shallowest, ends)
+        line = LineTable(packed(part, scale), self._line.start, self._line.step)
+        return TouchPairs(grid, *single, line, self._shallowest, ends)
 
 
 def _squares(kind: Kind, depth: float) -> FloatArray:
