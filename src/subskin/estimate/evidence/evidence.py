@@ -205,17 +205,18 @@ class Evidence(Framewise):
             [*(q.size for q in self._squares), *none], *np.transpose([t.shape[:2] for t in tables]),
             [*(r.shape[1] for r in rows), *none],
         )  # fmt: skip
-        scans, *tabled = (np.concatenate([np.ravel(p) for p in part]) for part in flat)
+        joined = (np.concatenate([np.ravel(p) for p in part]) for part in flat)
+        scans, edged, squared, tabled, fine, noded, rowed = joined
         whole, share, left = self._parts.T
         return (
             sensor_rows(array),
             Tables(
-                scans, tabled[0], self._positions, *tabled[1:], np.array(geometry), Starts(*starts),
+                scans, edged, self._positions, squared, tabled, fine, noded, rowed, np.array(geometry), Starts(*starts),
                 Sizes(*(np.array(s, dtype=np.int64) for s in sizes)), _FINE,
             ),
             Odds(
                 np.array(self._single), self._two, self._none, shares, np.maximum([*spare, both], 0.0),
-                whole.astype(np.intp), *map(np.ascontiguousarray, (share, left)), self._moments, float(np.log(_OFF)),
+                whole.astype(np.intp), np.array(share), np.array(left), self._moments, float(np.log(_OFF)),
             ),
             Thresholds(self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most),
             self._pairs(pattern, scale),
@@ -244,7 +245,8 @@ class Evidence(Framewise):
         single = (np.ascontiguousarray(np.moveaxis(m, 0, -1), dtype=np.float32) for m in made)
         ends = np.array([first, last, low, high])
         line = LineTable(packed(part, scale), self._line.start, self._line.step)
-        return TouchPairs(grid, *single, line, self._shallowest, ends)
+        columns, triangle, inverse = single
+        return TouchPairs(grid, columns, triangle, inverse, line, self._shallowest, ends)
 
 
 def _squares(kind: Kind, depth: float) -> FloatArray:
