@@ -48,6 +48,9 @@ def test_what_was_kept_is_used_until_what_it_is_built_on_changes(tmp_path):
         os.utime(path, (later, later))
         assert run().split()[-1] == seen
         os.utime(path, (before, before))  # so that the next change is not seen by this one
+    path = tmp_path / "room" / "below.py"
+    path.write_text(path.read_text().replace("compiled()", "compiled(exact=True)"))
+    assert run() == "False 100"  # how a function is compiled counts too
 
 
 class _Seen(Listener):

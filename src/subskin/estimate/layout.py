@@ -63,7 +63,8 @@ class Layout(Frozen):
         k = len(contact)
         fields = [*contact, "covariance", *["low", "high"] * self.wide, "residual"]
         fields += [*(f"rival_{name}" for name in contact), "rival_chi2", "status"]
-        record = np.dtype([(name, float, (k * (k + 1) // 2,) if name == "covariance" else ()) for name in fields])
+        parts = [(name, float, (k * (k + 1) // 2,) if name == "covariance" else ()) for name in fields]
+        record = np.dtype((np.record, parts))  # whose parts plain Python reads by name too
         at = {name: record.fields[name][1] // 8 for name in fields}  # type: ignore[index]
         columns = {
             "components": at["n"], "unknowns": k, "covariance": k, "interval": at.get("low", at["residual"]),

@@ -20,22 +20,25 @@ from .layout import LINE, WIDE
 __all__ = ["Locator"]
 
 SETTINGS = np.dtype(
-    [
-        *((name, float) for name in ("start", "step", "widest")),  # of the table
-        *((name, float) for name in ("first", "last", "pace")),  # ends of the scan, and its step
-        ("positions", int),  # that are scanned
-        *(
-            (name, float) for name in ("friction", "least", "most", "least_square", "most_square")
-        ),  # of loads, of widths
-        ("detection", float),  # less than this explained: no contact
-        ("nothing", float),  # less than this altogether: nothing
-        ("largest", float),  # more than this left: unexplained
-        ("fine", float),  # that which the table leaves of a unit force
-        ("ambiguity", float),
-        ("apart", float),  # two maxima nearer than this are one contact
-        ("broad", float),  # a profile wider than this may be ambiguous
-        *((name, float) for name in ("far_start", "far_step", "near")),  # of what lies beyond, `Stretches`
-    ]
+    (
+        np.record,
+        [
+            *((name, float) for name in ("start", "step", "widest")),  # of the table
+            *((name, float) for name in ("first", "last", "pace")),  # ends of the scan, and its step
+            ("positions", int),  # that are scanned
+            *(
+                (name, float) for name in ("friction", "least", "most", "least_square", "most_square")
+            ),  # of loads, of widths
+            ("detection", float),  # less than this explained: no contact
+            ("nothing", float),  # less than this altogether: nothing
+            ("largest", float),  # more than this left: unexplained
+            ("fine", float),  # that which the table leaves of a unit force
+            ("ambiguity", float),
+            ("apart", float),  # two maxima nearer than this are one contact
+            ("broad", float),  # a profile wider than this may be ambiguous
+            *((name, float) for name in ("far_start", "far_step", "near")),  # of what lies beyond, `Stretches`
+        ],
+    )
 )
 """What a loop goes by besides arrays: a table with one row of these, which it is told quicker than a named tuple."""
 

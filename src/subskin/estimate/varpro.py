@@ -462,7 +462,8 @@ def kernel(
         loop, inline = made[part], part in _INLINE
         loop.__qualname__ = f"{name}.{part}"  # by which Numba keeps it
         made[part] = read if part == "read" and read else compiled(inline=inline, borrows=not inline)(loop)
-    return Kernel(np.dtype([(value, np.float64) for value in values]), *(made[part] for part in Kernel._fields[1:]))
+    fit = np.dtype((np.record, [(value, np.float64) for value in values]))  # whose parts plain Python reads by name too
+    return Kernel(fit, *(made[part] for part in Kernel._fields[1:]))
 
 
 _PARTS = ("read", "project", "slopes", "information", "curved", "step", "keep", "climb", "covariance")
