@@ -259,7 +259,10 @@ def test_a_counter_and_a_clock_that_begin_again():
         ({"fields": [{"name": "p", "type": "u16"}]}, "mark at their start or end"),
         ({"fields": [{"name": "p", "type": "u17"}], "end": "0a"}, 'type = .u17.: has to be "u8", '),
         ({"fields": [{"name": "p", "type": "u16", "unit": "Pa"}], "end": "0a"}, "no such key is known"),
-        ({"fields": [{"name": "p", "type": "u16", "scale": "2"}], "end": "0a"}, "field p: scale = .2.: a real number"),
+        (
+            {"fields": [{"name": "p", "type": "u16", "scale": "2"}], "end": "0a"},
+            "scale = .2. of field p: a real number",
+        ),
         ({"fields": [{"name": "p", "type": "u16", "count": 0}], "end": "0a"}, "whole number from 1"),
         ({"fields": [{"name": ["p", "p"], "type": "u16"}], "end": "0a"}, "a name of its own"),
         ({"fields": [{"name": "n", "type": "i8", "use": "counter"}], "end": "0a"}, "counts up from 0"),

@@ -169,6 +169,7 @@ def test_caches_are_bounded():
         "_declared.py: _of_class",
         "_frozen.py: _kept",
         "_lazy.py: _files",
+        "shaped.py: _keeps_its_family",
     ]
     assert sorted(unbounded) == a_module_a_class_a_folder_each
 

@@ -183,7 +183,15 @@ class Touches(Noun):
         return np.asarray(box[:, 0] + shares * np.ptp(box, axis=1))
 
     def leaning(self, angle: FloatArray, azimuth: FloatArray) -> FloatArray:
-        """Components (..., 3) [N] of loads on an area."""
+        """Components (..., 3) [N] of loads on an area.
+
+        Parameters
+        ----------
+        angle : ndarray, shape (...)
+            From the inward normal [rad].
+        azimuth : ndarray, shape (...)
+            Of the drag, from +y towards +z [rad].
+        """
         side = np.sin(angle)
         return self.force * np.stack([np.cos(angle), side * np.cos(azimuth), side * np.sin(azimuth)], axis=-1)
 

@@ -16,13 +16,27 @@ import numpy.typing as npt
 
 from .._compiled import compiled
 from .ends import at_end, outside
-from .kinds import LINE_FIT, LINE_ROWS, WIDE_FIT, line_covariance, modelled, top_from, until, wide_covariance, width_of
+from .kinds import (
+    LINE_FIT,
+    LINE_ROWS,
+    WIDE_FIT,
+    Along,
+    line_covariance,
+    line_field,
+    modelled,
+    top_from,
+    until,
+    wide_covariance,
+    width_of,
+)
 from .layout import LINE, WIDE
 from .scan import FEW, MOST_CHI2, Heights, highest, peaks, room_for, survey
 from .varpro import Ending, Limits
 
 _MANY = 8
 """Maxima over position and width that are climbed."""
+_LARGE = 1e5
+"""Sum of the squared readings, in noises, above which a climb's last step leaves too few digits of what is left."""
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _LINE_SQUARE, WIDE_SQUARE = LINE.square - LINE.covariance, WIDE.square - WIDE.covariance
 """Where the covariance of two unknowns stands among those of a row."""
@@ -107,6 +121,8 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
         elif table.ndim == 3 and fits[best].left > told.largest:
             _widths_tried(w, table, model, cone, ends, told, s, squares, fits, best)
         fit = fits[best]
+        if table.ndim == 4 and total > _LARGE:
+            fit.left = _left(w, model, fit)
         row.residual = max(fit.left, 0.0)
         force2 = fit.n * fit.n + fit.t * fit.t
         if row.residual > told.largest + told.fine * force2:
@@ -143,6 +159,17 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
 
 
 @compiled()
+def _left(w, model, fit):
+    """Chi-square of a line load: squares of what it leaves, exact however much it explains."""
+    line_field(model, Along(fit.y))
+    a, left = model.rows, 0.0
+    for i in range(w.size):
+        rest = w[i] - a[0, i] * fit.n - a[1, i] * fit.t
+        left += rest * rest
+    return left
+
+
+@compiled()
 def angle_told(row, square):
     """Whether the angle is known to a radian: else a load at any other would do; square: where a covariance stands."""
     c, n, t = row.covariance, row.n, row.t
@@ -166,7 +193,7 @@ def _climbed(w, table, model, cone, ends, apart, digits, score, at, fits):
 
     digits: what S is known to.
     """
-    fine, trial = max(1e-7 if table.ndim == 3 else 1e-5, digits), fits[-1]
+    fine, trial = max(1e-7 if table.ndim == 3 else 1e-6, digits), fits[-1]
     best = second = -1
     for p in range(score.size):
         # a maximum clearly lower than both already found cannot become the best or the rival

@@ -70,7 +70,8 @@ class Kernel(NamedTuple):
     unknown by its name; `explained`, S; `left`, chi-square left; `inside`, 1 where nothing binds the components;
     g_k_l, A^T A; i_k_l, its inverse in what is left free; by_p, the gradient of S / 2; u_p_q, U^T U, U being the
     readings' slopes; a_p_k, U^T A. Of a free component t: its value, square_t, t^T t, and t_k and t_p, t^T A and t^T U;
-    it is taken out of the others. Where there are second slopes, c_p_q, what the misfit adds to the information.
+    it is taken out of the others. Where there are second slopes, c_p_q, what the misfit adds to the information, and
+    e_p_k, the slopes times the misfit.
 
     project(w, model, cone, at, fit): the best components of readings w (n,) at a point, as far as g, i and the values.
     slopes(w, model, fit): the rest.
@@ -185,6 +186,7 @@ def slopes(w, model, fit):
         c_{p|q} -= fit.i_{k|l} * e_{p}_{k} * (e_{q}_{l} - a_{q}_{l})  #: for k in F for l in F
         c_{p|q} += fit.i_{k|l} * a_{p}_{k} * e_{q}_{l}  #: for k in F for l in F
         fit.c_{p|q} = c_{p|q}
+    fit.e_{p}_{k} = e_{p}_{k}  #: for p in BENT for k in F
     fit.left = left
     fit.by_{p} = by_{p}  #: for p in P
     fit.u_{p|q} = u_{p|q}  #: for p, q in PP
@@ -292,6 +294,7 @@ def climb(w, model, cone, box, start, ending, fit, trial):
             #: for k in F
                 v_{k} = fit.{k}
                 v_{k} -= told.f_{p}_{k} * move.{p}  #: for p in P
+                v_{k} += fit.i_{k|l} * fit.e_{p}_{l} * move.{p}  #: for p in BENT for l in F
             if gain > 0.0 and fit.inside > 0.0 and admissible(
                 v_{k},  #: for k in F
                 cone.{c},  #: for c in CONE
@@ -440,7 +443,7 @@ def kernel(
     values += [f"{s}_{j | k}" for s in "gi" for j, k in ff]
     values += [*(f"by_{u}" for u in p), *(f"u_{u | v}" for u, v in pp), *(f"a_{u}_{k}" for u in p for k in f)]
     values += [part for e in t for part in (f"square_{e}", *(f"t_{x}" for x in every))]
-    values += [f"c_{u | v}" for u, v in pp if bent]
+    values += [f"c_{u | v}" for u, v in pp if bent] + [f"e_{u}_{k}" for u in p for k in f if bent]
     home, name = sys.modules[at.__module__], at.__name__
     told = namedtuple(f"{name}Information", [*(f"{u | v}" for u, v in pp), *(f"f_{u}_{k}" for u in p for k in f)])  # type: ignore[misc]
     told.__module__ = home.__name__

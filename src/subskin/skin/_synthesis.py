@@ -69,7 +69,7 @@ def remembered(response: Answer) -> Answer:
 
 def reach(contact: Contact, y: FloatArray) -> float:
     """The largest distance [m] between a point of the contact and one of the positions y."""
-    low, high = contact.support
+    low, high = map(np.asarray, contact.support)
     if not y.size or not low.size:
         return 0.0
     return max(float(y.max() - low.min()), float(high.max() - y.min()), 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import Any, NamedTuple, overload
 
 import numpy as np
@@ -128,13 +127,16 @@ class SurfaceMapper(Framewise):
     def _least_seen(self) -> float:
         return _LEAST_SEEN[self._drags - 1]
 
-    @cached_property
+    @property
     def shear_seen(self) -> float:
         """Share of the drag's components that are seen beside an unknown pressure; of two directions the less.
 
         It holds for readings a thousand times above the noise along a row, where shear="free" needs 0.2, and a hundred
         times on an area, where it needs 0.25.
         """
+        return self._factors.get("shear_seen", self._share_seen)
+
+    def _share_seen(self) -> float:
         hats = self._hats(self.finger.array.live)
         parts = [hats.columns(i) for i in range(1 + self._drags)]
         return shear_seen(*parts, prior=self._surface.prior, above=_ABOVE[self._drags - 1])

@@ -283,7 +283,7 @@ def _fields(table: Any) -> list[Field]:
     try:
         return [Field(name, **told) for name in each]
     except InvalidValueError as error:
-        raise InvalidValueError(f"field {group[0]}: {error.seen}", error.rule, error.fix) from None
+        raise InvalidValueError(f"{error.seen} of field {group[0]}", error.rule, error.fix) from None
 
 
 def _numbered(name: str, i: int) -> str:
