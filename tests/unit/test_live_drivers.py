@@ -257,7 +257,7 @@ def test_a_counter_and_a_clock_that_begin_again():
     ("table", "said"),
     [
         ({"fields": [{"name": "p", "type": "u16"}]}, "mark at their start or end"),
-        ({"fields": [{"name": "p", "type": "u17"}], "end": "0a"}, 'type = .u17.: has to be "u8", '),
+        ({"fields": [{"name": "p", "type": "u17"}], "end": "0a"}, 'type = .u17. of field p: has to be "u8", '),
         ({"fields": [{"name": "p", "type": "u16", "unit": "Pa"}], "end": "0a"}, "no such key is known"),
         (
             {"fields": [{"name": "p", "type": "u16", "scale": "2"}], "end": "0a"},
