@@ -24,7 +24,7 @@ from pathlib import Path
 
 import pytest
 
-from subskin.contact import Contact
+from subskin.contact import Contact, LocalContact
 from subskin.transducer import Transducer
 
 from .._commands import Run, subskin
@@ -152,7 +152,7 @@ def run_page(text: str, folder: Path, page: str) -> None:
 @pytest.mark.parametrize("page", [pytest.param(p, id=str(p.relative_to(ROOT))) for p in PAGES])
 def test_page(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for root in (Contact, Transducer):  # what a page names is gone after it
+    for root in (Contact, LocalContact, Transducer):  # what a page names is gone after it
         monkeypatch.setattr(root, "_by_name", dict(root._by_name))
     run_page(page.read_text(encoding="utf-8"), tmp_path, str(page.relative_to(ROOT)))
 

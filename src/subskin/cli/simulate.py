@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from .. import io, stream
 from .._lazy import np
-from ..contact import Cone, PointLoad, RoundHertz, RoundPunch, contact_of, families
+from ..contact import contact_of, families, local_families, local_family_of
 from ..errors import InvalidValueError
 from ..io.units import quantity
 from .cluster import add_dask, cluster
@@ -23,7 +23,6 @@ _EXAMPLES = """\
   subskin simulate area.toml -o touches.csv --force "1 N" --angle "0..30 deg" --azimuth "0..360 deg"
   subskin simulate real.toml -o raw.csv --recording --count 31 --drift 40 --relaxation 0.2 --dead 2 --spread 0.2
 """
-_LOCAL: dict[str, Any] = {"point": PointLoad, "round_hertz": RoundHertz, "round_punch": RoundPunch, "cone": Cone}
 _MOST = 100_000_000  # readings: more would not fit into memory
 
 
@@ -40,9 +39,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads.add_argument("--azimuth", metavar="RANGE", help='where local contacts lean, from +y towards +z ("0 deg")')
     loads.add_argument("--moment", metavar="RANGE", help='moments about the normal, of local contacts ("0 N*mm")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
-    kinds = families()
-    what = f"family of the contact: {', '.join(kinds)}, or local: {', '.join(_LOCAL)} (line; on an area point)"
-    loads.add_argument("--contact", choices=(*kinds, *_LOCAL), metavar="FAMILY", help=what)
+    kinds, local = families(), local_families()
+    what = f"family of the contact: {', '.join(kinds)}, or local: {', '.join(local)} (line; on an area point)"
+    loads.add_argument("--contact", choices=(*kinds, *local), metavar="FAMILY", help=what)
     loads.add_argument("--half-width", metavar="LENGTH", help="half width of a contact of such a family")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (0)")
     parser.add_argument(
@@ -75,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidValueError(f"--seed {options.seed}", "has to be >= 0", "--seed 0")
     if options.contact is None:
         options.contact = "point" if file.finger.array.on_area else "line"
-    local = options.contact in _LOCAL
+    local = options.contact in local_families()
     if local and options.recording and not file.finger.array.on_area:
         rule, fix = "a recording of a row is of long contacts", "leave --contact out"
         raise InvalidValueError(f"--recording of a {options.contact} load", rule, fix)
@@ -110,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
 def _angles(options: argparse.Namespace) -> tuple[float, float]:
     """The range of angles [rad], which on the command line is often one of degrees without the unit."""
     low, high = quantity_range(options.angle, "rad", "--angle")
-    local = options.contact in _LOCAL
+    local = options.contact in local_families()
     if max(-low, high) > np.pi or (local and low < 0):
         seen = f'--angle "{options.angle}"'
         if max(-low, high) > np.pi and re.fullmatch(r"[-+.\d\s]*", options.angle):
@@ -178,7 +177,7 @@ def _local(options: argparse.Namespace) -> Any:
     elif (options.half_width is None) != (options.contact == "point"):
         rule = "a point has none" if options.contact == "point" else f"a {options.contact} contact needs one"
         raise InvalidValueError(f"--half-width {options.half_width}", rule, '--contact round_hertz --half-width "1 mm"')
-    return partial(_LOCAL[options.contact], **more)
+    return partial(local_family_of(options.contact), **more)
 
 
 def _loads(

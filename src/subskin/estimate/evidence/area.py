@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ...contact import Cone, PointLoad, RoundContact, RoundHertz, RoundPunch
+from ...contact import PointLoad, RoundContact, RoundHertz
 from ...contact.families import local_family_of
 from ...errors import InvalidValueError
 from ...finger import Finger
@@ -32,8 +32,8 @@ _NODES, _EDGE_NODES = 6, 4
 """Of Gauss and Legendre's rule over the half width, on each side of the best; over an edge's length and width."""
 _ERRORS = np.array([0.01, 0.03, 0.1, 0.3])
 """As in a plane: model errors of what is none of the kinds, in shares of the readings' root mean square."""
-_MOMENTS: tuple[tuple[type[RoundContact], float], ...] = ((Cone, 6.0), (RoundHertz, 5.0), (RoundPunch, 3.0))
-"""Squares of half widths over the second moment of the pressure along one direction."""
+_LONG = 0.02
+"""Wavenumber, over the half width, at which a spectrum is 1 less its square and half the second moment of the shape."""
 _PAIRS, _GAP, _NEAR = 0.5, (0.25, 1.5), 12.0
 """Share of two touches in what is none of the kinds, beside edges; half their distance, in depths; they are weighed
 where an edge is not less likely than the likeliest kind by more than this, in logarithms."""
@@ -274,7 +274,8 @@ def _tabulated(family: Any) -> type[RoundContact]:
 
 
 def _ratio(family: type[RoundContact]) -> float:
-    """Half width of a family's contact over a sphere's with the same second moment."""
-    known = dict(_MOMENTS)
-    square = next((size for kind, size in known.items() if issubclass(family, kind)), known[RoundHertz])
-    return float(np.sqrt(square / known[RoundHertz]))
+    """Half width of a family's contact over a sphere's with the same second moment of pressure along one direction."""
+    sphere, other = (
+        1 - float(kind(1.0, half_width=1.0).disc_spectrum(np.array(_LONG))) for kind in (RoundHertz, family)
+    )
+    return float(np.sqrt(sphere / other))
