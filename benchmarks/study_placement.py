@@ -13,13 +13,14 @@ from the true one, has a chi-square of less than 13.8.
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from scipy.optimize import least_squares
 
 import subskin as ss
 from _common import FULL_SCALE, arguments, show
-from subskin.design import Touches, placement_quality, placement_study
+from subskin.design import Touches, placement_quality
 from subskin.design.placement import Channel, study_at_depth
 
 STARTS = 12
@@ -39,17 +40,18 @@ def noises() -> np.ndarray:
 
 
 def study(depths: int, samples: int) -> list[str]:
-    """The study, all cores."""
+    """The study, all cores: a kind and a depth a thread."""
     skin, touches = ss.HalfPlane(ss.Material(YOUNG)), Touches(FORCE)
     depth = np.linspace(0.2e-3, DEEPEST, 20)[np.linspace(0, 19, depths).astype(int)]
-    pitch = np.multiply.outer(depth, np.linspace(0.1, 3.0, 30))
+    ratio, counts = np.linspace(0.1, 3.0, 30), list(range(3, 17))
     study_at_depth(skin, Channel(ss.NormalStrain(), 1e-3), 1e-3, [1e-3], [3], touches, samples=10)  # compiles
     begun, cpu = time.perf_counter(), time.process_time()
-    found = placement_study(
-        skin, list(KINDS.values()), depth, pitch, np.arange(3, 17), touches, noise=noises(), samples=samples
-    )
+    channels = [Channel(kind, float(noise)) for kind, noise in zip(KINDS.values(), noises(), strict=True)]
+    rows = [(channel, float(d)) for channel in channels for d in depth]
+    with ThreadPoolExecutor() as pool:
+        found = list(pool.map(lambda r: study_at_depth(skin, *r, ratio * r[1], counts, touches, samples=samples), rows))
     wall, cpu = time.perf_counter() - begun, time.process_time() - cpu
-    designs = found["wrong"].size
+    designs = sum(row["wrong"].size for row in found)
     return [
         f"{designs} designs", f"{wall:.0f}", f"{cpu:.0f}", f"{1e3 * cpu / designs:.1f}",
         f"{designs * samples / wall / 1e6:.2f} million", f"{wall * 20 / depths:.0f}",

@@ -12,6 +12,7 @@ from matplotlib.patches import Arc, Rectangle
 
 import subskin as ss
 from subskin.design import rank_fingers, search_grid
+from subskin.design.placement import Channel, study_at_depth
 from subskin.io.goals_file import parse_goals
 from subskin.plot import (
     aliasing_figure,
@@ -319,16 +320,11 @@ def placement() -> Figure:
 
 def rows() -> Figure:
     """Rows of three to sixteen sensors over their pitch: the study of docs/placement.md, pitches closer."""
-    study = ss.design.placement_study(
-        ss.HalfPlane(ss.Material(young=0.4e6)),
-        ss.NormalStrain(),
-        2e-3,
-        2e-3 * np.linspace(0.2, 2.5, 47),
-        [3, 4, 5, 6, 8, 16],
-        ss.design.Touches(force=40.0),
-        noise=2e-5,
-    )
-    return placement_study_figure(study)
+    skin, touches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0)
+    gauge, counts = Channel(ss.NormalStrain(), noise=2e-5), [3, 4, 5, 6, 8, 16]
+    pitches = 2e-3 * np.linspace(0.2, 2.5, 47)
+    study = study_at_depth(skin, gauge, 2e-3, pitches, counts, touches)
+    return placement_study_figure(study, 2e-3, pitches, counts)
 
 
 def design() -> Figure:

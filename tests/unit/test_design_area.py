@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import Goals, Touches, placement_quality, placement_study, rank_fingers, search_grid
+from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
 from subskin.design.placement import Arrangement, Channel, layouts, study_at_depth
 from subskin.design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinChoice
 from subskin.design.search.grid import studied
@@ -295,8 +295,6 @@ def test_an_unknown_layout_is_refused():
 
 
 def test_rows_refuse_what_is_of_an_area():
-    with pytest.raises(GeometryError, match="touches on an area"):
-        placement_study(SKIN, ss.NormalStrain(), [2e-3], [2e-3], [4], TOUCHES, noise=1e-3)
     with pytest.raises(GeometryError, match="a 2 x 2 grid"):
         study_at_depth(SKIN, Channel(ss.NormalStrain(), 1e-3), 2e-3, [2e-3], [Arrangement("grid", (2, 2))], LINES)
     with pytest.raises(InvalidValueError, match="2 channels"):

@@ -17,7 +17,7 @@ import pytest
 import subskin as ss
 from subskin._tasks import run_tasks
 from subskin.contact import RoundHertz, contact_of
-from subskin.design import Goals, Touches, placement_study, search_grid
+from subskin.design import Goals, Touches, search_grid
 from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
 from subskin.errors import GeometryError, InvalidValueError, WorkersError
 from subskin.synthetic import simulate_readings, simulate_recording
@@ -89,21 +89,6 @@ def test_what_finishes_while_a_search_is_stopped_is_kept(monkeypatch):
     assert store
 
 
-def test_a_placement_study_is_the_same_whoever_works_it_out():
-    study = partial(
-        placement_study, SKIN, (ss.NormalStrain(), ss.NormalStrain()), [1.5e-3, 2.5e-3], [1e-3, 2e-3], [4, 5],
-        Touches(force=20.0), noise=2e-4, samples=200, rng=3,
-    )  # fmt: skip
-    steps, other = [], []
-    one = study(workers=1, progress=lambda: steps.append(1))
-    found = study(executor=Backwards(4), progress=lambda: other.append(1))
-    for name, values in one.values.items():
-        assert found[name].tobytes() == values.tobytes(), name
-    assert len(steps) == len(other) == 16
-    with pytest.raises(WorkersError):
-        study(executor=Dying(1))
-
-
 @pytest.mark.parametrize("local", [False, True])
 def test_readings_are_the_same_whoever_works_them_out(local):
     rng, count = np.random.default_rng(1), 5003
@@ -169,9 +154,6 @@ def test_dask_in_this_process(quiet, grid):
     options = {"processes": False, "n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with quiet.Client(**options) as client:
         assert_same(search_grid(GOALS, executor=client), grid)
-        kinds = (ss.NormalStrain(), ss.NormalStrain())  # two pieces of work that are the same
-        study = partial(placement_study, SKIN, kinds, [2e-3], [1e-3], [4], GOALS.touches, noise=2e-4, samples=100)
-        assert study(executor=client)["ambiguous"].tobytes() == study(workers=1)["ambiguous"].tobytes()
 
 
 @pytest.mark.long

@@ -12,6 +12,7 @@ import pytest
 from matplotlib.text import Text
 
 import subskin as ss
+from subskin.design.placement import Channel, study_at_depth
 from subskin.errors import FileError, InvalidValueError
 from subskin.plot import (
     MEMO_FIGURES,
@@ -82,9 +83,9 @@ def truth(count, title="Held out"):
 
 def rows_of_sensors():
     pitches = 2e-3 * np.array([0.3, 0.5, 0.7, 1.0, 1.5, 2.0])
-    return ss.design.placement_study(
-        SKIN, ss.NormalStrain(), 2e-3, pitches, [3, 4, 6], ss.design.Touches(40.0), noise=5e-5, samples=1000
-    )
+    channel, counts = Channel(ss.NormalStrain(), 5e-5), [3, 4, 6]
+    study = study_at_depth(SKIN, channel, 2e-3, pitches, counts, ss.design.Touches(40.0), samples=1000)
+    return placement_study_figure(study, 2e-3, pitches, counts)
 
 
 FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
@@ -108,7 +109,7 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
     ),
     "contact strip": lambda: contact_strip(CLOSE.fit(stroke(), "hertz")),
     "placement": lambda: placement_figure(ss.design.placement_quality(FINGER, ss.design.Touches(40.0))),
-    "placement study": lambda: placement_study_figure(rows_of_sensors()),
+    "placement study": rows_of_sensors,
     "probability strip": lambda: probability_strip(ss.decide.contact_type(CLOSE, stroke())),
     "response": lambda: response_figure(ss.design.spatial_response(FINGER)),
     "density": lambda: density_figure(ss.design.sensor_density(FINGER, [10, 1000])),

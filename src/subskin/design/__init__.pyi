@@ -16,7 +16,7 @@ from . import two_point as two_point
 from . import words as words
 from .compliance import skin_compliance
 from .half_plane import half_plane_error, half_plane_map
-from .placement import best_positions, best_row, placement_quality, placement_study
+from .placement import best_positions, placement_quality
 from .response import spatial_response
 from .ridges import Ridges, best_ridge_pitch, press_ridges, ridge_gain
 from .sampling import aliasing_error, sensor_density, sliding_samples
@@ -32,12 +32,10 @@ __all__ = [
     "aliasing_error",
     "best_positions",
     "best_ridge_pitch",
-    "best_row",
     "half_plane_error",
     "half_plane_map",
     "metamers",
     "placement_quality",
-    "placement_study",
     "press_ridges",
     "rank_fingers",
     "ridge_gain",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
@@ -14,7 +15,7 @@ from matplotlib.ticker import FixedLocator
 
 from .. import _check
 from .._check import FloatArray
-from ..design.placement import PlacementQuality, PlacementStudy
+from ..design.placement import PlacementQuality
 from ..design.search import DesignedFinger, DesignStudy
 from ..errors import GeometryError, InvalidValueError
 from .parts import legend, plain
@@ -133,10 +134,10 @@ def _map(figure: Figure, axes: Axes, x: FloatArray, y: FloatArray, std: FloatArr
 
 @finished
 def placement_study_figure(
-    study: PlacementStudy,
-    kind: int = 0,
-    depth: int = 0,
-    counts: Sequence[int] | None = None,
+    study: Mapping[str, FloatArray],
+    depth: float,
+    pitches: npt.ArrayLike,
+    counts: Sequence[int],
     *,
     measure: str = "position_worst",
     most: float = 0.01,
@@ -149,12 +150,14 @@ def placement_study_figure(
 
     Parameters
     ----------
-    study : PlacementStudy
-        From `subskin.design.placement_study`, with two pitches or more.
-    kind, depth : int, optional
-        Which of its kinds and depths.
-    counts : sequence of int, optional
-        Numbers of sensors to draw, six at most; the first six of the study if left out.
+    study : mapping of str to ndarray, shape (s, c)
+        From `subskin.design.placement.study_at_depth`, of rows.
+    depth : float
+        Depth of the sensors [m].
+    pitches : array_like, shape (s,)
+        Distances of neighbours, two or more [m].
+    counts : sequence of int
+        Numbers of sensors, six at most.
     measure : {"position_worst", "position_95", "position_mean"}, optional
         What is drawn on the left.
     most : float, optional
@@ -165,42 +168,34 @@ def placement_study_figure(
     Raises
     ------
     GeometryError, InvalidValueError
-        Fewer than two pitches; numbers of sensors, kinds or depths that the study lacks; another measure.
+        Fewer than two pitches; other pitches and numbers of sensors than those of the study; another measure.
 
     Examples
     --------
     >>> import subskin as ss
-    >>> skin, touches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0)
-    >>> study = ss.design.placement_study(
-    ...     skin, ss.NormalStrain(), [1e-3], [[0.5e-3, 1e-3]], [4, 6], touches, noise=5e-5, samples=500
-    ... )
-    >>> placement_study_figure(study).axes[0].get_xlabel()
+    >>> from subskin.design.placement import Channel, study_at_depth
+    >>> skin, touches, pitches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0), [0.5e-3, 1e-3]
+    >>> rows = study_at_depth(skin, Channel(ss.NormalStrain(), 5e-5), 1e-3, pitches, [4, 6], touches, samples=500)
+    >>> placement_study_figure(rows, 1e-3, pitches, [4, 6]).axes[0].get_xlabel()
     'pitch / depth'
     """
     _check.choice("measure", measure, _MEASURES, 'measure="wrong"')
+    deep, steps = _check.scalar("depth", depth, unit="m", above=0.0), _check.real("pitches", pitches, unit="m", above=0)
     shape = study["wrong"].shape
-    if not (0 <= kind < shape[0] and 0 <= depth < shape[1]):
+    if shape != (steps.size, len(counts)) or not 0 < len(counts) <= len(_COLOURS):
+        seen = f"pitches of shape {steps.shape}, {len(counts)} counts, a study of shape {shape}"
         raise InvalidValueError(
-            f"kind {kind}, depth {depth}", f"the study has {shape[0]} and {shape[1]}", "kind=0, depth=0"
+            seen, f"those of the study are needed, and {len(_COLOURS)} counts at most", "counts=[4]"
         )
-    chosen = study.count[: len(_COLOURS)].tolist() if counts is None else [int(c) for c in counts]
-    missing = [c for c in chosen if c not in study.count]
-    if missing or not 0 < len(chosen) <= len(_COLOURS):
-        raise InvalidValueError(
-            f"counts = {chosen}",
-            f"up to {len(_COLOURS)} of {study.count.tolist()} can be drawn",
-            f"counts={study.count.tolist()[: len(_COLOURS)]}",
-        )
-    if study.pitch.shape[1] < 2:
+    if steps.size < 2:
         raise GeometryError("one pitch", "two or more are needed to draw a line", "pitches=np.linspace(1e-3, 3e-3, 9)")
     figure = new_figure(DOUBLE, 78.0)
     left, right = figure.subplots(1, 2, sharex=True)
-    order = np.argsort(study.pitch[depth])
-    ratio = study.pitch[depth][order] / study.depth[depth]
-    for colour, count in zip(_COLOURS, chosen, strict=False):
-        at = kind, depth, order, int(np.flatnonzero(study.count == count)[0])
-        std = study[measure][at] / study.depth[depth]
-        unsure = (study["ambiguous"] + study["unfelt"])[at]
+    order = np.argsort(steps)
+    ratio = steps[order] / deep
+    for column, (colour, count) in enumerate(zip(_COLOURS, counts, strict=False)):
+        std, ambiguous, unfelt = (study[name][order, column] for name in (measure, "ambiguous", "unfelt"))
+        std, unsure = std / deep, ambiguous + unfelt
         std = np.where(std < ratio * count, std, np.nan)
         left.plot(ratio, std, color=colour, label=f"{count} sensors")
         right.plot(ratio, np.maximum(100 * unsure, _FLOOR), color=colour)

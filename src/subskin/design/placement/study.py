@@ -1,34 +1,24 @@
-"""Placements of one depth, at every pitch and layout; equal rows over kind, depth, pitch and count, on all cores."""
+"""Placements of one depth, at every pitch and layout."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from copy import deepcopy
-from dataclasses import dataclass
-from functools import partial
-from threading import Event
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._tasks import Executor, run_tasks
-from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger
 from ...skin import Skin
-from ...transducer import Transducer
-from .._common import Found, listed
+from .._common import listed
 from ..touches import Touches
 from ._field import AreaField, OneSensor
 from .asked import (
     AMBIGUITY,
     AREA_MEASURES,
-    GRID,
     MARGIN,
     PLACEMENT_MEASURES,
-    SAMPLES,
     AskedTouches,
     check_count,
     check_where,
@@ -39,7 +29,7 @@ from .asked import (
 )
 from .layout import Arrangement, Channel, channels_of
 
-__all__ = ["PlacementStudy", "placement_study", "study_at_depth"]
+__all__ = ["study_at_depth"]
 
 _MOST_SENSORS = 10**4
 
@@ -214,169 +204,3 @@ def checked_layouts(layouts: Sequence[Arrangement | int] | npt.ArrayLike, touche
             rule = "line loads across a row of sensors are judged"
             raise GeometryError(f"a {layout.text}", rule, "touches on an area, or numbers of sensors")
     return tuple(out)
-
-
-@dataclass(frozen=True, eq=False)
-class PlacementStudy(Found):
-    """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, pitch and count.
-
-    Attributes
-    ----------
-    skin : Skin
-    transducers : tuple of k Transducers
-    depth : ndarray, shape (d,)
-        [m].
-    pitch : ndarray, shape (d, s)
-        At each depth [m].
-    count : ndarray of int, shape (c,)
-    touches : Touches
-    noise : ndarray, shape (k,)
-        Noise of a reading of each kind [its unit].
-    width : float
-        Width of a sensor [m].
-    values : dict of str to ndarray, shape (k, d, s, c)
-        One of each `PLACEMENT_MEASURES`, described at `study_at_depth`. Also by index, `study["ambiguous"]`.
-    """
-
-    skin: Skin
-    transducers: tuple[Transducer, ...]
-    depth: FloatArray
-    pitch: FloatArray
-    count: npt.NDArray[np.int_]
-    touches: Touches
-    noise: FloatArray
-    width: float
-    values: dict[str, FloatArray]
-
-    def __getitem__(self, measure: str) -> FloatArray:
-        _check.choice("measure", measure, self.values, 'study["position_worst"]')
-        return self.values[measure]
-
-    def finger(self, index: tuple[int, int, int, int]) -> Finger:
-        """The finger at an `index` of the arrays: kind, depth, pitch, count."""
-        k, d, s, c = index
-        row = Arrangement("row", (int(self.count[c]),)).points(float(self.pitch[d, s]), middle_of(self.touches))
-        kind, noise = self.transducers[k], float(self.noise[k])
-        return Finger(self.skin, SensorArray(row[:, 0], float(self.depth[d]), kind, noise=noise, width=self.width))
-
-
-def placement_study(
-    skin: Skin,
-    transducers: Sequence[Transducer] | Transducer,
-    depths: npt.ArrayLike,
-    pitches: npt.ArrayLike,
-    counts: npt.ArrayLike,
-    touches: Touches,
-    *,
-    noise: npt.ArrayLike,
-    width: float = 0.0,
-    rng: np.random.Generator | int = 0,
-    samples: int = SAMPLES,
-    grid: tuple[int, int] = GRID,
-    margin: float = MARGIN,
-    ambiguity: float = AMBIGUITY,
-    workers: int | None = None,
-    executor: Executor | None = None,
-    progress: Callable[[], object] | None = None,
-) -> PlacementStudy:
-    """Every kind of sensor at every depth, pitch and count. The numbers do not depend on who works them out.
-
-    Parameters
-    ----------
-    skin : Skin
-        Any.
-    transducers : Transducer, or sequence of k of them
-        Kinds of sensor.
-    depths : array_like, shape (d,)
-        Depths of the sensors [m].
-    pitches : array_like, shape (s,) or (d, s)
-        Distances of neighbours [m]: the same at all depths, or a list for each.
-    counts : array_like, shape (c,)
-        Numbers of sensors.
-    touches : Touches
-        What is to be located.
-    noise : array_like, shape () or (k,)
-        Standard deviation of a reading of each kind [its unit].
-    width, rng, samples, grid, margin, ambiguity
-        As in `study_at_depth`.
-    workers : int, optional
-        Threads; as many as there are cores if left out.
-    executor : executor, optional
-        Works out the rows, one a kind and depth, instead of threads: anything with `submit` (docs/scale.md).
-    progress : callable, optional
-        Called after each design, from any thread; with an executor for all designs of a row when it is finished. What
-        it raises ends the study.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError, NotLinearError
-        As by `study_at_depth`; lists that do not match.
-    WorkersError
-        The executor has lost its workers.
-
-    Examples
-    --------
-    >>> import numpy as np, subskin as ss
-    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> depths = np.array([1e-3, 2e-3])
-    >>> found = ss.design.placement_study(
-    ...     skin, ss.NormalStrain(), depths, np.multiply.outer(depths, [0.5, 0.75, 2.0]), [4, 6],
-    ...     ss.design.Touches(force=40.0), noise=5e-5, samples=1000,
-    ... )
-    >>> found["ambiguous"].shape, bool((found["ambiguous"][..., 2, :] > 0.05).all())
-    ((1, 2, 3, 2), True)
-    """
-    _check.function("progress", progress)
-    check_where(skin, touches)
-    if touches.dim == 2:
-        touches.span_on()  # refuses touches on an area
-    single = isinstance(transducers, Transducer)
-    kinds = (transducers,) if single else _check.several("transducers", transducers, Transducer, "[NormalStrain()]")
-    depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
-    steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
-    shapes = (steps.shape[-1:], (depth.size, steps.shape[-1]))
-    if not kinds or not depth.size or not steps.size or depth.ndim != 1 or steps.shape not in shapes:
-        raise GeometryError(
-            f"{len(kinds)} kinds, depths of shape {depth.shape}, pitches of shape {steps.shape}",
-            "kinds, a list of depths, and pitches of shape (s,) or (depths, s) are needed",
-            "depths=[2e-3], pitches=[1e-3, 2e-3]",
-        )
-    sigma = _check.for_each("noise", _check.real("noise", noise, above=0.0), len(kinds), "kind")
-    steps = np.broadcast_to(steps, (depth.size, steps.shape[-1]))
-    checked_margin(margin)
-    width = _check.scalar("width", width, unit="m", at_least=0.0)
-    arrangements = checked_layouts(counts, touches)
-    numbers = np.array([row.count for row in arrangements])
-    threads = None if workers is None else int(_check.scalar("workers", workers, at_least=1))
-    drawn = _check.random(rng)
-    stop = Event()
-
-    def passed() -> None:
-        if stop.is_set():
-            raise _StoppedError
-        if progress is not None:
-            progress()
-
-    rows: dict[int, dict[str, FloatArray]] = {}
-
-    def row_passed(_: int, row: dict[str, FloatArray]) -> None:
-        if executor is not None and progress is not None:
-            for _ in range(np.count_nonzero(~np.isnan(row["ambiguous"]))):  # those with room
-                progress()
-
-    tasks = [
-        partial(
-            study_at_depth, skin, Channel(kinds[k], float(sigma[k]), width), float(depth[d]), steps[d], arrangements,
-            touches, rng=deepcopy(drawn), samples=samples, grid=grid, margin=margin, ambiguity=ambiguity,
-            progress=passed if executor is None else None,
-        )
-        for k, d in np.ndindex(len(kinds), depth.size)
-    ]  # fmt: skip
-    run_tasks(tasks, rows.__setitem__, executor=executor, workers=threads, passed=row_passed, stopping=stop.set)
-    shape = (len(kinds), *steps.shape, numbers.size)
-    values = {name: np.stack([rows[i][name] for i in range(len(tasks))]).reshape(shape) for name in PLACEMENT_MEASURES}
-    return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, width, values)
-
-
-class _StoppedError(Exception):
-    """Another thread has failed."""
