@@ -86,7 +86,8 @@ class Whole:
 
     def one(self, name: str, value: Any) -> int:
         """The number, as an int."""
-        return _check.whole(name, value, at_least=self.at_least, at_most=self.at_most, fix=self.fix)
+        fix = self.fix or f"{name}={self.at_least}"
+        return _check.whole(name, value, at_least=self.at_least, at_most=self.at_most, fix=fix)
 
 
 @dataclass(frozen=True)
@@ -261,7 +262,7 @@ def _of_things(hint: Any, more: tuple[Any, ...], union: tuple[Any, ...]) -> Rule
         return _of_several(args, fix) if origin is not tuple or args[1:] == (...,) else None
     kinds = tuple(get_origin(one) or one for one in union or (hint,))
     if not all(
-        isinstance(one, type) and one is not object and not getattr(one, "_is_protocol", False) for one in kinds
+        isinstance(one, type) and one not in (object, Any) and not getattr(one, "_is_protocol", False) for one in kinds
     ):
         return None
     said = fix or getattr(kinds[0], "EXAMPLE", "")

@@ -5,8 +5,7 @@ import pytest
 
 import subskin as ss
 from subskin.design import Touches
-from subskin.design.outside import outside_of
-from subskin.design.scene import Scene
+from subskin.design.outside import Scene, outside_of
 
 COUNT, FORCE = 400, 40.0
 

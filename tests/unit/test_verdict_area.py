@@ -9,8 +9,7 @@ import subskin as ss
 from subskin.calibration.known import explained, fitted
 from subskin.design import Goals, Touches, rank_fingers, search_grid, tolerance_budget, usual_tolerances
 from subskin.design.finger_table import finger_table
-from subskin.design.outside import outside_of
-from subskin.design.scene import Scene
+from subskin.design.outside import Scene, outside_of
 from subskin.design.search import Accuracy, Effort, Mix, Room, SensorKind, SkinChoice
 from subskin.design.search.look import looked_at
 from subskin.design.tolerance import tolerance_outcome

@@ -7,7 +7,6 @@ from . import placement as placement
 from . import response as response
 from . import ridges as ridges
 from . import sampling as sampling
-from . import scene as scene
 from . import search as search
 from . import tip as tip
 from . import tolerance as tolerance

@@ -1,15 +1,16 @@
-"""What several tools for designers ask: whole numbers, one sensor of a row, the stretch in which something is good."""
+"""What several tools for designers ask: counts, seeds, one sensor of a row, the stretch in which something is good."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Ruled, Whole
 from .._frozen import Result, close
 from ..array import SensorArray
 from ..contact.families import Family, LocalFamily
@@ -19,17 +20,17 @@ from ..finger import Finger
 from ..skin import Skin
 from .touches import Touches
 
+Count: TypeAlias = Annotated[int, Whole(1, 10**8)]
+Several: TypeAlias = Annotated[int, Whole(2, 10**8)]
+Seed: TypeAlias = Annotated[np.random.Generator | int, Ruled(lambda _, value: _check.random(value) and value)]
+"""A random generator, or the seed of one."""
+
 
 class Found(Result):
     """What a tool found: a dataclass of many numbers, of which a person sees the shapes and which none can change."""
 
     def __post_init__(self) -> None:
         close(self.__dict__.values())
-
-
-def whole(name: str, value: object, least: int = 1, most: int = 10**8) -> int:
-    """`value` as a whole number, or a message that says which are allowed."""
-    return _check.whole(name, value, at_least=least, at_most=most, fix=f"{name}={least}")
 
 
 def listed(name: str, value: npt.ArrayLike, unit: str = "", **bounds: Any) -> FloatArray:

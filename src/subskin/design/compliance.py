@@ -6,16 +6,16 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import FloatArray
+from .._declared import Fix, Positive, Real, checked
 from ..contact import Contact, LineLoad, PressureProfile
 from ..errors import GeometryError, InvalidValueError, NotLinearError, ValidityWarning
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 from ..pressing import ContactSolution, Flat, Indenter, ParticleOnFlat, PressStatus, RoundedFlat, press
 from ._common import Found, listed, noise_of
 
@@ -103,15 +103,16 @@ class SkinCompliance(Found):
         return _own_modulus(self.finger)
 
 
+@checked
 def skin_compliance(
     finger: Finger,
-    particle: ParticleOnFlat,
+    particle: Annotated[ParticleOnFlat, Fix("pressing.ParticleOnFlat(4e-4, 3e-5, flat_half_width=1e-2)")],
     force: npt.ArrayLike,
     *,
     young: npt.ArrayLike = _MODULI,
     thickness: npt.ArrayLike | None = None,
-    accuracy: float = 0.01,
-    width_wanted: float = 0.5,
+    accuracy: Annotated[float, Real(at_least=0.0)] = 0.01,
+    width_wanted: Positive = 0.5,
     progress: Callable[[], object] | None = None,
 ) -> SkinCompliance:
     """Which modulus and thickness let a finger see a particle on a flat, over a range of forces.
@@ -163,25 +164,21 @@ def skin_compliance(
     >>> [ss.design.compliance.Regime(r).name for r in found.regime[0, :, 0]]
     ['BLURRED', 'TOLD', 'TIP']
     """
-    _check.function("progress", progress)
-    finger_needed(finger)
     forces, moduli = listed("force", force, "N/m", above=0.0), listed("young", young, "Pa", above=0.0)
     thick = np.array([finger.skin.thickness]) if thickness is None else listed("thickness", thickness, "m", above=0.0)
-    wanted = _check.scalar("width_wanted", width_wanted, above=0.0)
-    share = _check.scalar("accuracy", accuracy, at_least=0.0)
     _check_case(finger, particle)
     shape = (thick.size, moduli.size, forces.size)
     names = ("half_width", "load_share", "reading_share", "seen", "width_std", "saturated")
     values = {name: np.full(shape, np.nan) for name in names}
     for t, height in enumerate(thick):
         skin = finger.skin if thickness is None else finger.skin.with_(thickness=float(height))
-        study = _Study(replace(finger, skin=skin), particle, share)
+        study = _Study(replace(finger, skin=skin), particle, accuracy)
         for m, f in np.ndindex(shape[1:]):
             for name, value in study.cell(float(moduli[m]), float(forces[f])).items():
                 values[name][t, m, f] = value
             if progress is not None:
                 progress()
-    told = (values["seen"] >= _SEEN) & (values["width_std"] <= wanted)
+    told = (values["seen"] >= _SEEN) & (values["width_std"] <= width_wanted)
     most = values["load_share"] > 0.5
     beside = values["half_width"] > _BESIDE * particle.half_width
     regime = np.select(
@@ -189,35 +186,26 @@ def skin_compliance(
         [int(r) for r in (Regime.STRAINED, Regime.SATURATED, Regime.TOLD, Regime.MIXED, Regime.TIP)],
         int(Regime.BLURRED),
     )
-    best, reason = _recommended(thick, moduli, forces, regime, values["width_std"], wanted)
+    best, reason = _recommended(thick, moduli, forces, regime, values["width_std"], width_wanted)
     return SkinCompliance(finger, particle, thick, moduli, forces, **values, regime=regime, best=best, reason=reason)
 
 
 def _check_case(finger: Finger, particle: ParticleOnFlat) -> None:
     """Refuse a finger whose readings do not determine the particle, and a skin that would touch all along."""
     if len(finger.array) < 4:
-        raise InvalidValueError(
-            f"{len(finger.array)} sensors",
-            "width, height, position and force are four unknowns",
-            "a finger with four sensors or more",
-        )
+        rule = "width, height, position and force are four unknowns"
+        raise InvalidValueError(f"{len(finger.array)} sensors", rule, "a finger with four sensors or more")
     noise_of(finger.array)
     if not all(t.linear for t in finger.array.transducers):
-        raise NotLinearError(
-            "a transducer that is not linear", "a modulus scales the readings of linear ones only", "NormalStrain()"
-        )
-    _check.noun("particle", particle, ParticleOnFlat, "pressing.ParticleOnFlat(4e-4, 3e-5, flat_half_width=1e-2)")
+        rule = "a modulus scales the readings of linear ones only"
+        raise NotLinearError("a transducer that is not linear", rule, "NormalStrain()")
     if np.isinf(finger.skin.period) and np.isinf(particle.flat_half_width):
-        raise GeometryError(
-            f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "they would touch all along",
-            "flat_half_width= of the particle's flat, or a round skin",
-        )  # fmt: skip
+        seen, fix = f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "flat_half_width=1e-2"
+        raise GeometryError(seen, "they would touch all along", f"{fix} of the particle's flat, or a round skin")
     if _differing(finger) < 3:
-        raise InvalidValueError(
-            f"{len(finger.array)} sensors, alike on both sides of the particle",
-            "they have two different readings for its width, its height and the force",
-            "a finger with five sensors or more",
-        )
+        seen = f"{len(finger.array)} sensors, alike on both sides of the particle"
+        rule = "they have two different readings for its width, its height and the force"
+        raise InvalidValueError(seen, rule, "a finger with five sensors or more")
 
 
 def _differing(finger: Finger) -> int:
@@ -326,11 +314,8 @@ class _Study:
             warnings.simplefilter("ignore", ValidityWarning)
             found = press(self.finger.skin, body, force=force, **asked)
         if found.status not in (PressStatus.OK, PressStatus.COARSE):
-            raise InvalidValueError(
-                f"a press by {force:.6g} N/m",
-                f"it did not settle: {found.reason}",
-                "another force or modulus, or more nodes",
-            )
+            seen, rule = f"a press by {force:.6g} N/m", f"it did not settle: {found.reason}"
+            raise InvalidValueError(seen, rule, "another force or modulus, or more nodes")
         return found
 
 

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import FloatArray
+from .._declared import Extent, Positive, Real, checked
 from ..array import SensorArray
 from ..calibration.known import explained, fitted
 from ..contact import Hertz, LineLoad
 from ..contact.base import Contact
 from ..errors import ConvergenceError, InvalidValueError
 from ..estimate import Estimate, Locator, Status
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 from ..material import Material
 from ..response import tabulate
 from ..skin import HalfPlane, Layer, Layered, Round, Skin
@@ -113,7 +114,8 @@ class HalfPlaneError(Found):
     depth: float
 
 
-def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 1000.0) -> HalfPlaneError:
+@checked
+def half_plane_error(finger: Finger, *, half_width: Extent = 0.0, snr: Positive = 1000.0) -> HalfPlaneError:
     """Errors made by taking the skin of `finger` for a half plane of the material around its sensors.
 
     Touches are spread over the row, out to its outermost sensors, at angles of -0.4, 0 and 0.4 rad. Their readings in
@@ -147,42 +149,35 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     >>> found.beneath.round(3).tolist()[0], round(float(np.rad2deg(np.abs(found.as_drawn.angle).max())), 1)
     (1.073, 9.3)
     """
-    finger_needed(finger)
     if finger.skin.endless:
-        raise InvalidValueError(
-            "a finger whose skin is a half plane",
-            "its error against itself is 0",
-            'describe the real skin: kind = "layers" or "round" in finger.toml',
-        )
+        fix = 'describe the real skin: kind = "layers" or "round" in finger.toml'
+        raise InvalidValueError("a finger whose skin is a half plane", "its error against itself is 0", fix)
     live = int(finger.array.live.sum())
     if live < 3:
         raise InvalidValueError(f"{live} sensors that respond", "locate needs at least 3", "more sensors")
-    width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
-    ratio = _check.scalar("snr", snr, above=0.0)
     finger = replace(finger, array=replace(finger.array, low=-np.inf, high=np.inf, resolution=0.0))
     y = np.asarray(finger.array.y)
     positions, angles = np.linspace(y.min(), y.max(), _POSITIONS), np.array(_ANGLES)
     flat = Finger(half_plane_of(finger), finger.array)
-    difference, beneath = _readings(finger, flat, positions, width)
-    readings = finger.read(_touch(angles, positions[:, None], width))
+    difference, beneath = _readings(finger, flat, positions, half_width)
+    readings = finger.read(_touch(angles, positions[:, None], half_width))
     largest = _largest(readings - np.asarray(finger.array.offset))
     # the half plane with gains and depth fitted to normal touches of the true finger at known positions
-    straight = finger.read(_touch(0.0, positions, width))
-    noisy = Finger(flat.skin, replace(finger.array, noise=largest / ratio))
+    straight = finger.read(_touch(0.0, positions, half_width))
+    noisy = Finger(flat.skin, replace(finger.array, noise=largest / snr))
     none = np.full((positions.size, angles.size), np.nan)
     calibrated, depth = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status}), np.nan
     try:
         solution = fitted(noisy, straight, positions, fit=("gain", "depth"), force=1.0, origin=0.0)
         model = explained(solution).finger  # of which nobody asks for standard errors
-        calibrated = _locating(model, readings, positions, angles, largest, ratio)
+        calibrated = _locating(model, readings, positions, angles, largest, snr)
         depth = float(np.asarray(model.array.depth).mean())
     except ConvergenceError:
         pass
-    drawn, own = (_locating(f, readings, positions, angles, largest, ratio) for f in (flat, finger))
+    drawn, own = (_locating(f, readings, positions, angles, largest, snr) for f in (flat, finger))
     normal, tangential = difference.tolist()
-    return HalfPlaneError(
-        finger, width, positions, angles, beneath, normal, tangential, drawn, calibrated, own, depth
-    )  # fmt: skip
+    found = drawn, calibrated, own, depth
+    return HalfPlaneError(finger, half_width, positions, angles, beneath, normal, tangential, *found)
 
 
 def _readings(finger: Finger, flat: Finger, positions: FloatArray, half_width: float) -> tuple[FloatArray, FloatArray]:
@@ -203,12 +198,13 @@ def half_plane_of(finger: Finger) -> HalfPlane:
     return HalfPlane(finger.skin.material_at(float(np.asarray(finger.array.depth).mean())))
 
 
+@checked
 def half_plane_map(
     thickness: npt.ArrayLike = MAP_THICKNESS,
     radius: npt.ArrayLike = MAP_RADIUS,
     *,
     poisson: float = 0.5,
-    half_width: float = 0.0,
+    half_width: Annotated[float, Real(at_least=0.0)] = 0.0,
     count: int = 6,
     progress: Callable[[], object] | None = None,
 ) -> dict[str, FloatArray]:
@@ -245,11 +241,9 @@ def half_plane_map(
     >>> found["reading"].round(3).tolist()
     [[0.271, 0.026]]
     """
-    _check.function("progress", progress)
     heights = listed("thickness", thickness, above=1.0)
     radii = listed("radius", radius, above=1.0, finite=False)
     array = SensorArray.line(count, pitch=1.0, depth=1.0)
-    half_width = _check.scalar("half_width", half_width, at_least=0.0)
     out = {"thickness": heights, "radius": radii}
     for name in ("beneath", "reading", "position", "angle"):
         out[name] = np.full((radii.size, heights.size), np.nan)

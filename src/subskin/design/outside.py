@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from .. import _check
 from .._check import FloatArray
-from ..contact import FlatPunch, Hertz, PointLoad, RoundHertz, RoundPunch
+from .._declared import checked
+from ..contact import Contact, FlatPunch, Hertz, LocalContact, PointLoad, RoundHertz, RoundPunch
 from ..errors import SubskinError
 from ..finger import Finger
 from ..skin import Layer, Layered, in_space
-from .scene import Drawn, Scene, Sensors
 from .tolerance.sources import as_made
 from .touches import Touches
 
@@ -28,6 +28,95 @@ _RINGS, _TURNS, _ALONG = 5, 12, 12
 _RADII = 10
 _FINGERS = 20
 """How many fingers share the touches where each sensor is off by an amount of its own."""
+
+
+Sensors: TypeAlias = npt.NDArray[np.intp]
+
+
+class Drawn(NamedTuple):
+    """Readings (m, n) with noise, and where they come from: positions (m, k, d) of which any is right, normal (m,) [N].
+
+    The normal force of line loads is per length [N/m]; NaN where it is not to be judged.
+    """
+
+    readings: FloatArray
+    positions: FloatArray
+    normal: FloatArray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A finger as its estimators take it to be, the touches that it is made for, and the draws of `count` of them."""
+
+    finger: Finger
+    touches: Touches
+    count: int
+    rng: np.random.Generator
+
+    @property
+    def dim(self) -> int:
+        """Coordinates of a position: 1 of line loads, 2 on an area."""
+        return self.touches.dim
+
+    @property
+    def depth(self) -> float:
+        """Mean depth of the sensors [m]."""
+        return float(np.asarray(self.finger.array.depth).mean())
+
+    def between(self, low: float, high: float) -> FloatArray:
+        """One number a touch, evenly from `low` to `high`."""
+        return self.rng.uniform(low, high, self.count)
+
+    def leaning(self, angle: FloatArray) -> FloatArray:
+        """Components (m, d + 1) of loads at angles (m,) to the normal; on an area to any side."""
+        parts = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        if self.dim == 2:
+            parts = np.concatenate([parts[:, :1], parts[:, 1:] * self.sides()], axis=1)
+        return self.touches.force * parts
+
+    def sides(self) -> FloatArray:
+        """Directions along the surface, (m, d): to either side, or on an area to all."""
+        if self.dim == 1:
+            return self.rng.choice([-1.0, 1.0], self.count)[:, None]
+        turn = self.between(-np.pi, np.pi)
+        return np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+
+    def loads(self) -> FloatArray:
+        """Components of the touches, (m, d + 1), evenly over the cone."""
+        return self.leaning(self.between(-self.touches.cone, self.touches.cone))
+
+    def positions(self) -> FloatArray:
+        """Positions of the touches, (m, d), evenly over the span or the area [m]."""
+        if self.dim == 1:
+            return self.between(*self.touches.span_on(self.finger))[:, None]
+        box = np.asarray(self.touches.area)
+        return self.rng.uniform(box[:, 0], box[:, 1], (self.count, 2))
+
+    def touch(self, load: FloatArray, position: FloatArray) -> Contact | LocalContact:
+        """A touch of the model with components (m, d + 1) at positions (m, d)."""
+        return self.touches.contact(load, position[:, 0] if self.dim == 1 else position)
+
+    def model(self) -> Contact | LocalContact:
+        """The touches that the model describes."""
+        load = self.loads()
+        return self.touch(load, self.positions())
+
+    def read(
+        self, contact: Contact | LocalContact, finger: Finger | None = None, also: FloatArray | None = None
+    ) -> Drawn:
+        """What `contact` reads on `finger`, or on the scene's own; its resultant's position, and those of `also`."""
+        positions = also
+        if positions is None:
+            at = np.asarray(getattr(contact, "position", np.nan), dtype=np.float64).reshape(-1, self.dim)
+            positions = np.broadcast_to(at, (self.count, self.dim))[:, None]
+        normal = np.broadcast_to(contact.normal_force, contact.shape)
+        return Drawn((finger or self.finger).read(contact, rng=self.rng), positions, normal)
+
+    def with_fault(self, fault: Callable[[FloatArray, Sensors], FloatArray]) -> Drawn:
+        """Good touches, of which `fault(readings, one of n sensors a touch)` makes those of a faulty finger."""
+        drawn = self.read(self.model())
+        live = np.flatnonzero(self.finger.array.live)
+        return drawn._replace(readings=fault(drawn.readings, self.rng.choice(live, self.count)))
 
 
 @dataclass(frozen=True)
@@ -294,19 +383,7 @@ OUTSIDE = (
 """All that is looked at, in the order of a table's rows; lengths in mean depths of the sensors."""
 
 
+@checked
 def outside_of(touches: Touches) -> tuple[Outside, ...]:
-    """What of `OUTSIDE` there is of such touches.
-
-    Parameters
-    ----------
-    touches : Touches
-        What the finger is for: along a row, or on an area.
-
-    Raises
-    ------
-    InvalidValueError
-        Another thing.
-    """
-    _check.noun("touches", touches, Touches, "Touches(force=20.0)")
-    dim = 1 if touches.area is None else 2
-    return tuple(each for each in OUTSIDE if each.dim in (None, dim))
+    """What of `OUTSIDE` there is of such `touches`: along a row, or on an area."""
+    return tuple(each for each in OUTSIDE if each.dim in (None, touches.dim))

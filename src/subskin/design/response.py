@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..finger import Finger, finger_needed
+from .._declared import Real, checked
+from ..finger import Finger
 from ._common import Found
 
 __all__ = ["SpatialResponse", "spatial_response"]
@@ -68,7 +70,10 @@ class SpatialResponse(Found):
         return _check.read_only(np.arctan2(imaginary, real + 0.0))
 
 
-def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) -> SpatialResponse:
+@checked
+def spatial_response(
+    finger: Finger, wavenumber: Annotated[npt.ArrayLike, Real("rad/m", at_least=0.0)] | None = None
+) -> SpatialResponse:
     """Amplitude and phase of every reading under a wave of pressure and under a wave of shear.
 
     The skin answers each wavenumber by itself: a half plane in closed form, layers and a round finger by their modes. A
@@ -101,9 +106,7 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
     >>> (found.magnitude[:, 0] * 0.4e6).round(6).tolist()
     [[0.0, 1.5], [0.551819, 0.0]]
     """
-    finger_needed(finger)
-    waves = _drawn(finger) if wavenumber is None else wavenumber
-    k = _check.real("wavenumber", waves, unit="rad/m", at_least=0.0)
+    k = _check.read_only(_drawn(finger) if wavenumber is None else wavenumber)
     array = finger.array
     for kind in array.transducers:
         kind.linearise(np.zeros(0))  # refuses what cannot be made linear

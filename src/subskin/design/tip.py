@@ -13,14 +13,14 @@ import numpy as np
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Length, checked
 from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 from ..transducer import kind_of
 
 __all__ = ["TipError", "tip_error", "tip_map"]
 
 Shape = Literal["cylinder", "sphere"]
-_SHAPES = ("cylinder", "sphere")
 _QUANTITIES = ("reading", "position", "force", "angle")
 
 
@@ -54,7 +54,8 @@ class TipError:
     angle: float
 
 
-def tip_error(finger: Finger, radius: float, shape: Shape | None = None) -> TipError:
+@checked
+def tip_error(finger: Finger, radius: Length, shape: Shape | None = None) -> TipError:
     """Worst errors made by taking the skin of `finger`, bent to a tip of a `radius`, for a flat layer.
 
     They are those of one incompressible layer on a rigid core, looked up by radius and depth in thicknesses: sensors
@@ -87,27 +88,25 @@ def tip_error(finger: Finger, radius: float, shape: Shape | None = None) -> TipE
     >>> round(error.reading, 2), error.shape
     (0.11, 'sphere')
     """
-    finger_needed(finger)
     skin, array = finger.skin, finger.array
     if skin.curvature or not np.isfinite(skin.thickness):
         rule = "the table compares a flat layer on a rigid base with the same on a tip"
         fix = 'kind = "layers" without [skin.base]'
         raise InvalidValueError(f"a tip's radius beside {skin}", rule, fix)
-    form = ("sphere" if array.on_area else "cylinder") if shape is None else shape
-    _check.choice("shape", form, _SHAPES)
-    size = _check.scalar("radius", radius, unit="m", above=0.0)
+    form: Shape = ("sphere" if array.on_area else "cylinder") if shape is None else shape
     least = float(_table()["radius"][0])
-    if size < least * skin.thickness:
-        seen = f"radius = {size:.6g} m of a skin of {skin.thickness:.6g} m"
+    if radius < least * skin.thickness:
+        seen = f"radius = {radius:.6g} m of a skin of {skin.thickness:.6g} m"
         raise GeometryError(seen, f"the table begins at {least:g} thicknesses", "a larger radius, or a thinner skin")
     own = {kind_of(kind) for kind in array.transducers}
     looked_up = tuple(kind for kind in sorted(_known(form)) if kind in own or not own <= _known(form))
     depth = float(np.asarray(array.depth).mean())
-    found = np.max([_at(form, name, size / skin.thickness, depth / skin.thickness) for name in looked_up], axis=0)
+    found = np.max([_at(form, name, radius / skin.thickness, depth / skin.thickness) for name in looked_up], axis=0)
     reading, position, force, angle = found.tolist()
-    return TipError(form, size, skin.thickness, depth, looked_up, reading, position * depth, force, angle)
+    return TipError(form, radius, skin.thickness, depth, looked_up, reading, position * depth, force, angle)
 
 
+@checked
 def tip_map(shape: Shape, kind: str) -> dict[str, FloatArray]:
     """The table behind `tip_error`.
 
@@ -135,7 +134,6 @@ def tip_map(shape: Shape, kind: str) -> dict[str, FloatArray]:
     (6, 4)
     """
     table = _table()
-    _check.choice("shape", shape, _SHAPES)
     _check.choice("kind", kind, sorted(_known(shape)))
     errors = table["errors"][shape][kind]
     return {

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from .. import _check
 from .._check import FloatArray
-from .._declared import Friction, Length, Noun, Real
+from .._declared import Fix, Friction, Length, Noun, Real, Whole, checked
 from ..contact import Contact, LineLoad, LocalContact, PointLoad, RoundHertz
 from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 
 __all__ = ["Touches"]
 
 _POSITIONS = 36
-_MOST = 10**7
+_Rng: TypeAlias = Annotated[np.random.Generator, Fix("rng=np.random.default_rng(0)")]
+_Count: TypeAlias = Annotated[int, Whole(1, 10**7)]
 _GOLDEN = np.pi * (3 - np.sqrt(5))
 """The golden angle [rad]: turned by it from one to the next, directions never come to lie close."""
 
@@ -104,6 +105,7 @@ class Touches(Noun):
         """Largest angle of the load to the normal, atan(friction) [rad]."""
         return float(np.arctan(self.friction))
 
+    @checked
     def span_on(self, finger: Finger | None = None) -> tuple[float, float]:
         """Positions that are touched [m]: `span`, or from the first sensor of `finger` to its last.
 
@@ -117,28 +119,24 @@ class Touches(Noun):
             raise GeometryError("touches on an area", rule, "touches with a span")
         if self.span is not None:
             return self.span
-        if finger is not None:
-            finger_needed(finger)
         y = np.zeros(1) if finger is None else np.asarray(finger.array.y)
         if not y.min() < y.max():
-            raise GeometryError(
-                "touches without a span",
-                "a span is needed, or a finger with sensors at two positions or more",
-                "span=(-2e-3, 2e-3)",
-            )
+            rule = "a span is needed, or a finger with sensors at two positions or more"
+            raise GeometryError("touches without a span", rule, "span=(-2e-3, 2e-3)")
         return float(y.min()), float(y.max())
 
-    def grid(self, positions: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
+    @checked
+    def grid(self, positions: _Count, angles: _Count, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
         """Middles of equal parts of the span [m], shape (`positions`,), and of the cone [rad], shape (`angles`,).
 
         The span is that of `span_on` the `finger`.
         """
         low, high = self.span_on(finger)
-        positions, angles = _count("positions", positions), _count("angles", angles)
         position = low + (high - low) * (np.arange(positions) + 0.5) / positions
         return position, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
 
-    def loads(self, positions: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
+    @checked
+    def loads(self, positions: _Count, angles: _Count, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
         """Positions, (p,) or on an area (p, 2) [m], and components of the loads at each, (a, d + 1) [N/m or N].
 
         Those of `grid`; on an area the middles of cells, about so many and as square as they can be, and directions
@@ -154,7 +152,6 @@ class Touches(Noun):
         if self.area is None:
             position, angle = self.grid(positions, angles, finger)
             return position, self.force * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        positions, angles = _count("positions", positions), _count("angles", angles)
         y, z = _cells(np.ptp(np.asarray(self.area), axis=1), positions)
         shares = np.meshgrid((np.arange(y) + 0.5) / y, (np.arange(z) + 0.5) / z, indexing="ij")
         i = np.arange(angles)
@@ -166,12 +163,12 @@ class Touches(Noun):
         """How many positions stand for all where none is stated: `of_a_row`, or 36 on an area."""
         return of_a_row if self.area is None else _POSITIONS
 
-    def presses(self, count: int, finger: Finger | None = None) -> FloatArray:
+    @checked
+    def presses(self, count: _Count, finger: Finger | None = None) -> FloatArray:
         """Positions of presses that cover the span from end to end, (`count`,) [m]; on an area a grid, (p, 2).
 
         On an area there are about `count`, as `finger` has no say there.
         """
-        count = _count("count", count)
         if self.area is None:
             return np.linspace(*self.span_on(finger), count)
         axes = [np.linspace(0.0, 1.0, n) for n in _cells(np.ptp(np.asarray(self.area), axis=1), count)]
@@ -211,13 +208,14 @@ class Touches(Noun):
             return PointLoad(components=components, position=position)
         return RoundHertz(components=components, position=position, half_width=self.half_width)
 
-    def sample(self, count: int, rng: np.random.Generator, finger: Finger | None = None) -> Any:
+    @checked
+    def sample(
+        self, count: Annotated[int, Whole(0, 10**9, "count=1000")], rng: _Rng, finger: Finger | None = None
+    ) -> Any:
         """`count` touches drawn at random by `rng`, a batch of shape (count,), over the span or the area.
 
         Line loads over `span_on` the `finger`; on an area what `contact` makes.
         """
-        count = _check.whole("count", count, at_least=0, at_most=10**9, fix="count=1000")
-        _check.noun("rng", rng, np.random.Generator, "rng=np.random.default_rng(0)")
         if self.area is not None:
             angle, azimuth = rng.uniform(0.0, self.cone, count), rng.uniform(-np.pi, np.pi, count)
             return self.contact(self.leaning(angle, azimuth), self._at(rng.uniform(size=(count, 2))))
@@ -230,7 +228,3 @@ def _cells(sides: FloatArray, count: int) -> tuple[int, int]:
     """About so many cells along y and z, as square as they can be."""
     along = max(round(float(np.sqrt(count * sides[0] / sides[1]))), 1)
     return along, max(round(count / along), 1)
-
-
-def _count(name: str, value: int) -> int:
-    return _check.whole(name, value, at_least=1, at_most=_MOST, fix=f"{name}=21")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Real
 from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
 from .._common import widest
@@ -27,6 +28,11 @@ SAMPLES, AREA_SAMPLES = 100_000, 300
 GRID, AREA_GRID = (101, 41), (9, 6)
 """The grid on which bounds are found: positions and angles of a row; positions along y and z, and azimuths."""
 _MOST_SAMPLES = 10**7
+
+Margin: TypeAlias = Annotated[
+    float, Real(at_least=0.0, at_most=_FARTHEST, fix=f"margin={MARGIN}: farther out a load is hardly felt")
+]
+"""How far beyond the sensors loads are looked for, in depths."""
 
 SHARES = ("ambiguous", "wrong", "unfelt")
 _KINDS = ("worst", "95", "mean")
@@ -79,7 +85,6 @@ class AskedTouches(NamedTuple):
         draws: bool = True,
     ) -> AskedTouches:
         """From what a study is given, where None is what is usual; nothing is drawn at random unless it `draws`."""
-        _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
         row = touches.area is None
         shape = checked_grid((GRID if row else AREA_GRID) if grid is None else grid)
         most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
@@ -173,16 +178,8 @@ def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
     return int(values[0]), int(values[1])
 
 
-def checked_margin(margin: npt.ArrayLike) -> float:
-    """How far beyond the sensors loads are looked for, in depths."""
-    fix = f"margin={MARGIN}: farther out a load is hardly felt"
-    return _check.scalar("margin", margin, at_least=0.0, at_most=_FARTHEST, fix=fix)
-
-
 def check_where(skin: Skin, touches: Touches) -> None:
     """Refuses touches that go round the skin and on, and those on an area where the skin takes none."""
-    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
-    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     if touches.span is not None and touches.span[1] - touches.span[0] > skin.period * (1 + 1e-12):
         raise GeometryError(f"span = {touches.span} m", f"the finger is {skin.period:.6g} m about", "a shorter span")
     if touches.area is not None and not skin.takes_local:
@@ -194,9 +191,8 @@ def check_count(count: int, touches: Touches) -> None:
     """Refuses fewer sensors in a row than a touch has unknowns."""
     needed = 2 if touches.friction == 0 else 3
     if count < needed and touches.area is None:
-        raise InvalidValueError(
-            f"{count} sensors", f"a touch has {needed} unknowns, and takes as many sensors that respond", "more sensors"
-        )
+        rule = f"a touch has {needed} unknowns, and takes as many sensors that respond"
+        raise InvalidValueError(f"{count} sensors", rule, "more sensors")
 
 
 _BLIND = 1e-10

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Real, checked
 from ...array import SensorArray
 from ...errors import InvalidValueError
-from ...finger import Finger, finger_needed
-from .._common import noise_of, whole
+from ...finger import Finger
+from .._common import Count, Seed, noise_of
 from ..touches import Touches
 from ._field import OneSensor
-from .asked import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, AskedTouches, check_count, searched
+from .asked import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, AskedTouches, Margin, check_count, searched
 from .layout import Channel
 from .quality import PlacementQuality, placement_quality
 
@@ -52,18 +54,19 @@ class BestPositions:
     tried: int
 
 
+@checked
 def best_positions(
     finger: Finger,
     touches: Touches,
     measure: str = "position_worst",
     *,
-    ambiguous: float = 0.01,
+    ambiguous: Annotated[float, Real(at_least=0.0)] = 0.01,
     gap: float | None = None,
     symmetric: bool = True,
-    rng: np.random.Generator | int = 0,
-    tries: int = 1500,
+    rng: Seed = 0,
+    tries: Count = 1500,
     grid: tuple[int, int] = _ROUGH,
-    margin: float = MARGIN,
+    margin: Margin = MARGIN,
     ambiguity: float = AMBIGUITY,
 ) -> BestPositions:
     """Moves the sensors of a finger along the row until one measure is least and few touches are ambiguous.
@@ -108,7 +111,6 @@ def best_positions(
     >>> found.gain > 10, np.round(1e3 * found.finger.array.y[-1], 1).tolist()
     (True, 4.6)
     """
-    finger_needed(finger)
     _check.choice("measure", measure, PLACEMENT_MEASURES, 'measure="position_worst"')
     array = _alike(finger)
     check_count(len(array), touches)
@@ -120,19 +122,14 @@ def best_positions(
     start = np.sort(np.asarray(array.y))
     closest = float(np.diff(start).min())
     if closest < least * (1 - 1e-9):
-        raise InvalidValueError(
-            f"sensors {closest:.6g} m apart", f"gap = {least:.6g} m is more", "begin with a row that keeps the gap"
-        )
-    share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
-    amount = whole("tries", tries)
-    symmetric = _check.flag("symmetric", symmetric)
+        seen, fix = f"sensors {closest:.6g} m apart", "begin with a row that keeps the gap"
+        raise InvalidValueError(seen, f"gap = {least:.6g} m is more", fix)
     asked, box = AskedTouches.of(own, grid, None, 0, ambiguity, draws=False), np.array([span])
     before = placement_quality(finger, own, margin=margin, ambiguity=ambiguity)
     if not np.isfinite(before[measure]):
-        raise InvalidValueError(
-            f"{measure} = {before[measure]}", "what is infinite cannot be improved", 'measure="position_95"'
-        )
-    allowed = max(share, before["ambiguous"] + before["unfelt"])
+        rule = "what is infinite cannot be improved"
+        raise InvalidValueError(f"{measure} = {before[measure]}", rule, 'measure="position_95"')
+    allowed = max(ambiguous, before["ambiguous"] + before["unfelt"])
     # as far as sensors may come, half the span and two depths beyond it
     most = max(0.5 * (span[1] - span[0]) + 2 * depth, float(np.abs(start - middle).max()))
     kind = Channel(array.transducers[0], abs(noise / unit), width)
@@ -154,7 +151,7 @@ def best_positions(
         excess = max(values["ambiguous"] + values["unfelt"] - allowed, 0.0)
         return min(size, 1e2) + (1e2 * excess + 0.1 if excess > 0 else 0.0)
 
-    best = _searched(cost, start, middle, symmetric, 0.25 * depth, _check.random(rng), amount)
+    best = _searched(cost, start, middle, symmetric, 0.25 * depth, _check.random(rng), tries)
     moved = Finger(finger.skin, replace(array, y=best))
     after = placement_quality(moved, own, margin=margin, ambiguity=ambiguity)
     if measure == "log_det":
@@ -172,15 +169,11 @@ def _alike(finger: Finger) -> SensorArray:
     for name in ("depth", "noise", "width", "gain"):
         values = np.asarray(getattr(array, name))
         if np.ptp(values) > 0:
-            raise InvalidValueError(
-                f"{name} from {values.min():.6g} to {values.max():.6g}",
-                "sensors that are alike are needed",
-                "one value for all sensors",
-            )
+            seen = f"{name} from {values.min():.6g} to {values.max():.6g}"
+            raise InvalidValueError(seen, "sensors that are alike are needed", "one value for all sensors")
     if len(set(array.transducers)) > 1:
-        raise InvalidValueError(
-            "several kinds of sensor", "sensors that are alike are needed", "transducer=NormalStrain()"
-        )
+        rule = "sensors that are alike are needed"
+        raise InvalidValueError("several kinds of sensor", rule, "transducer=NormalStrain()")
     noise_of(array)
     return array
 

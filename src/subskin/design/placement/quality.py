@@ -8,21 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
-from ...finger import Finger, finger_needed
-from .._common import Found
+from ..._declared import checked
+from ...finger import Finger
+from .._common import Found, Seed
 from ..touches import Touches
 from ._field import AreaField, RowField
-from .asked import (
-    AMBIGUITY,
-    AREA_SAMPLES,
-    MARGIN,
-    AskedTouches,
-    check_count,
-    check_where,
-    checked_margin,
-    reach_of,
-    searched,
-)
+from .asked import AMBIGUITY, AREA_SAMPLES, MARGIN, AskedTouches, Margin, check_count, check_where, reach_of, searched
 
 __all__ = ["PlacementQuality", "placement_quality"]
 
@@ -89,14 +80,15 @@ class PlacementQuality(Found):
         return np.asarray(np.arctan2(side, self.load[:, 0]))
 
 
+@checked
 def placement_quality(
     finger: Finger,
     touches: Touches,
     *,
     grid: tuple[int, int] | None = None,
     samples: int = 2 * AREA_SAMPLES,
-    rng: np.random.Generator | int = 0,
-    margin: float = MARGIN,
+    rng: Seed = 0,
+    margin: Margin = MARGIN,
     ambiguity: float = AMBIGUITY,
 ) -> PlacementQuality:
     """How well a finger locates touches, and how probably it takes one for another.
@@ -152,7 +144,6 @@ def placement_quality(
     >>> found.covariance.shape, round(1e3 * found["position_95"], 3)
     ((9, 9, 13, 5, 5), 0.053)
     """
-    finger_needed(finger)
     check_where(finger.skin, touches)
     array, row = finger.array.select(finger.array.live), touches.dim == 1
     check_count(len(array), touches)
@@ -160,7 +151,7 @@ def placement_quality(
     asked = AskedTouches.of(touches, fine if grid is None else grid, samples, rng, ambiguity, draws=not row)
     box = np.array([touches.span_on(finger)]) if row else np.asarray(touches.area)
     points = array.points[:, : touches.dim]
-    search = searched(points, float(np.asarray(array.depth).max()), finger.skin, touches, checked_margin(margin))
+    search = searched(points, float(np.asarray(array.depth).max()), finger.skin, touches, margin)
     if row:
         field: RowField | AreaField = RowField.of(finger, (float(search[0, 0]), float(search[0, 1])))
     else:

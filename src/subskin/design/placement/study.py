@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Fix, Length, Ruled, checked
 from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
-from .._common import listed
+from .._common import Seed, listed
 from ..touches import Touches
 from ._field import AreaField, OneSensor
 from .asked import (
@@ -20,9 +22,9 @@ from .asked import (
     MARGIN,
     PLACEMENT_MEASURES,
     AskedTouches,
+    Margin,
     check_count,
     check_where,
-    checked_margin,
     reach_of,
     searched,
     touched,
@@ -34,19 +36,63 @@ __all__ = ["study_at_depth"]
 _MOST_SENSORS = 10**4
 
 
+def _channels(name: str, given: Any) -> tuple[Channel, ...]:
+    """Kinds of channel with a noise."""
+    fix = "Channel(NormalStrain(), 1e-3)"
+    kinds = (given,) if isinstance(given, Channel) else _check.several(name, given, Channel, f"[{fix}]")
+    if not kinds:
+        raise InvalidValueError("0 channels", "one at least is needed", fix)
+    for kind in kinds:
+        _check.scalar("noise", kind.noise, above=0.0)
+        _check.scalar("width", kind.width, unit="m", at_least=0.0)
+    return kinds
+
+
+def _layouts(name: str, given: Any) -> tuple[Arrangement, ...]:
+    """Layouts, rows among them by their numbers of sensors."""
+    fix, out = "layouts=[4, 6, 8]", []
+    for one in given if isinstance(given, list | tuple | np.ndarray) else (given,):
+        if isinstance(one, Arrangement):
+            out.append(one)
+            continue
+        number = _check.real(name, one)
+        if number.ndim or number != np.round(number) or not 1 <= number <= _MOST_SENSORS:
+            rule = f"a list of whole numbers up to {_MOST_SENSORS} is needed, or of Arrangements"
+            raise InvalidValueError(f"{name} = {_check.shown(given)}", rule, fix)
+        out.append(Arrangement("row", (int(number),)))
+    if not out:
+        raise InvalidValueError(f"{name} = []", "one at least is needed", fix)
+    return tuple(out)
+
+
+def _check_row(kinds: tuple[Channel, ...], layouts: tuple[Arrangement, ...], touches: Touches) -> None:
+    """Refuses several kinds over line loads, and what is no row, or one of fewer sensors than a touch has unknowns."""
+    if touches.area is not None:
+        return
+    if len(kinds) > 1:
+        rule = "one kind of sensor is needed"
+        raise InvalidValueError(f"{len(kinds)} channels", rule, "Channel(NormalStrain(), 1e-3)")
+    for layout in layouts:
+        check_count(layout.count, touches)
+        if layout.pattern != "row":
+            rule = "line loads across a row of sensors are judged"
+            raise GeometryError(f"a {layout.text}", rule, "touches on an area, or numbers of sensors")
+
+
+@checked
 def study_at_depth(
-    skin: Skin,
-    channels: Channel | Sequence[Channel],
-    depth: float,
+    skin: Annotated[Skin, Fix("HalfPlane(Material(young=0.4e6))")],
+    channels: Annotated[Channel | Sequence[Channel], Ruled(_channels)],
+    depth: Length,
     pitches: npt.ArrayLike,
-    layouts: Sequence[Arrangement | int],
+    layouts: Annotated[Sequence[Arrangement | int], Ruled(_layouts)],
     touches: Touches,
     *,
     together: bool = True,
-    rng: np.random.Generator | int = 0,
+    rng: Seed = 0,
     samples: int | None = None,
     grid: tuple[int, int] | None = None,
-    margin: float = MARGIN,
+    margin: Margin = MARGIN,
     ambiguity: float = AMBIGUITY,
     progress: Callable[[], object] | None = None,
 ) -> dict[str, FloatArray]:
@@ -124,14 +170,11 @@ def study_at_depth(
     >>> found["rank"].tolist(), (1e3 * found["position_95"]).round(3).tolist()
     ([[4.0, 5.0]], [[inf, 0.121]])
     """
-    _check.function("progress", progress)
     check_where(skin, touches)
-    deep = _check.scalar("depth", depth, unit="m", above=0.0)
     steps = listed("pitches", pitches, "m", above=0.0)
-    beyond = checked_margin(margin)
-    kinds = checked_channels(channels, touches)
-    arrangements = checked_layouts(layouts, touches)
-    _check.flag("together", together)
+    kinds: tuple[Channel, ...] = tuple(channels)
+    arrangements: tuple[Any, ...] = tuple(layouts)
+    _check_row(kinds, arrangements, touches)
     asked = AskedTouches.of(touches, grid, samples, rng, ambiguity)
     wide, row = max(kind.width for kind in kinds), touches.area is None
     middle, units = np.array(middle_of(touches)), [layout.unit for layout in arrangements]
@@ -140,13 +183,14 @@ def study_at_depth(
         step = float(steps[i])
         if wide <= step * (1 + 1e-12) and not (row and len(units[j]) * step > skin.period * (1 + 1e-12)):
             points = (middle + step * units[j])[:, : touches.dim]
-            designs.append((i, j, points, searched(points, deep, skin, touches, beyond)))
-    out = {name: np.full((steps.size, len(arrangements)), np.nan) for name in measures_of(touches)}
+            designs.append((i, j, points, searched(points, depth, skin, touches, margin)))
+    names = PLACEMENT_MEASURES if row else AREA_MEASURES
+    out = {name: np.full((steps.size, len(arrangements)), np.nan) for name in names}
     if not designs:
         return out
     reach = max(reach_of(points, box) for *_, points, box in designs)
     one: OneSensor | AreaField
-    one = OneSensor(skin, kinds[0], deep, reach) if row else AreaField.of_each(skin, kinds, deep, touches, reach)
+    one = OneSensor(skin, kinds[0], depth, reach) if row else AreaField.of_each(skin, kinds, depth, touches, reach)
     for i, j, points, box in designs:
         at, which = channels_of(arrangements[j], len(kinds), together)
         found = one.moved(points[at], which, box).judged(asked, touched(touches, points), maps=False)
@@ -163,44 +207,3 @@ def middle_of(touches: Touches) -> tuple[float, float]:
         y, z = np.mean(np.asarray(touches.area), axis=1).tolist()
         return y, z
     return (0.0 if touches.span is None else 0.5 * (touches.span[0] + touches.span[1])), 0.0
-
-
-def measures_of(touches: Touches) -> tuple[str, ...]:
-    """Names of the numbers in which placements for such touches are judged."""
-    return PLACEMENT_MEASURES if touches.area is None else AREA_MEASURES
-
-
-def checked_channels(channels: Channel | Sequence[Channel], touches: Touches) -> tuple[Channel, ...]:
-    """Kinds of channel with a noise; one of them for a row."""
-    fix = "Channel(NormalStrain(), 1e-3)"
-    kinds = (channels,) if isinstance(channels, Channel) else _check.several("channels", channels, Channel, f"[{fix}]")
-    if not kinds or (touches.area is None and len(kinds) > 1):
-        rule = "one kind of sensor is needed" if touches.area is None else "one at least is needed"
-        raise InvalidValueError(f"{len(kinds)} channels", rule, fix)
-    for kind in kinds:
-        _check.scalar("noise", kind.noise, above=0.0)
-        _check.scalar("width", kind.width, unit="m", at_least=0.0)
-    return kinds
-
-
-def checked_layouts(layouts: Sequence[Arrangement | int] | npt.ArrayLike, touches: Touches) -> tuple[Arrangement, ...]:
-    """Layouts, rows among them by their numbers of sensors, which are no fewer than a touch on a row has unknowns."""
-    fix = "[4, 6, 8]" if touches.area is None else '[Arrangement("grid", (3, 3))]'
-    out = []
-    for given in layouts if isinstance(layouts, list | tuple | np.ndarray) else (layouts,):
-        if isinstance(given, Arrangement):
-            out.append(given)
-            continue
-        number = _check.real("layouts", given)
-        if number.ndim or number != np.round(number) or not 1 <= number <= _MOST_SENSORS:
-            rule = f"a list of whole numbers up to {_MOST_SENSORS} is needed, or of Arrangements"
-            raise InvalidValueError(f"layouts = {_check.shown(layouts)}", rule, f"layouts={fix}")
-        out.append(Arrangement("row", (int(number),)))
-    if not out:
-        raise InvalidValueError("layouts = []", "one at least is needed", f"layouts={fix}")
-    for layout in out if touches.area is None else ():
-        check_count(layout.count, touches)
-        if layout.pattern != "row":
-            rule = "line loads across a row of sensors are judged"
-            raise GeometryError(f"a {layout.text}", rule, "touches on an area, or numbers of sensors")
-    return tuple(out)

@@ -5,23 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Fix, checked
 from ...contact import Contact
 from ...contact.as_lines import LineLoads, line_loads
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from ...response import Response, tabulate
 from .._common import Found, index_of, refuse_ridges
 from ..response import spatial_response
 from .shape import Ridges
 
 __all__ = ["Gains", "RidgeGain", "RidgePitch", "best_ridge_pitch", "read_ridged", "ridge_gain"]
+
+Pressing: TypeAlias = Annotated[Contact, Fix("Hertz(40.0, half_width=2e-3)")]
 
 _LEAST, _MOST, _SCAN = 1e-3, 60.0, 481
 _NEARER, _ROUNDS = 41, 6
@@ -46,6 +49,7 @@ class RidgePitch(Found):
     tangential: FloatArray
 
 
+@checked
 def best_ridge_pitch(finger: Finger) -> RidgePitch:
     """The finest pitch at which the reading of a wave of pressure has a maximum, sensor by sensor.
 
@@ -68,7 +72,6 @@ def best_ridge_pitch(finger: Finger) -> RidgePitch:
     >>> (best.pitch * 1e3).round(4).tolist(), bool(best.tangential[0] < 1e-6 * best.normal[0])
     ([3.1416], True)
     """
-    finger_needed(finger)
     refuse_ridges(finger.skin, "the best pitch of ridges")
     depth = np.asarray(finger.array.depth)
     shortest = _MOST / float(depth.min())
@@ -165,7 +168,8 @@ class RidgeGain(Found):
         return float(np.asarray(self.finger.array.depth)[self.sensor])
 
 
-def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int = 0) -> RidgeGain:
+@checked
+def ridge_gain(finger: Finger, contact: Pressing, ridges: Ridges, *, sensor: int = 0) -> RidgeGain:
     """How much more a sensor reads where ridges break up the pressure of a contact.
 
     The pressure, and the drag with it, is that of the smooth contact times the ridges' share. One sensor is tried at
@@ -206,7 +210,6 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     >>> round(float(gain.load_ratio), 3), round(float(gain.equal_peak.peak), 3)
     (1.564, 2.017)
     """
-    finger_needed(finger)
     sensor = index_of(finger.array, sensor)
     refuse_ridges(finger.skin, "the gain of ridges")
     alone = replace(finger, array=replace(finger.array.select([sensor]), y=[0.0]))
@@ -216,11 +219,8 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     pitch, crest = (np.broadcast_to(v, shape) for v in (ridges.pitch, ridges.crest))
     far = float((high - low + 0.5 * pitch).max(initial=0.0)) + (_BEYOND + 1) * depth
     if far > _FARTHEST * depth:
-        raise GeometryError(
-            f"a contact and half a pitch of {far:.6g} m together",
-            f"beyond {_FARTHEST:g} depths sensors read nothing",
-            "lengths in metres, such as pitch=3e-3",
-        )
+        seen, rule = f"a contact and half a pitch of {far:.6g} m", f"beyond {_FARTHEST:g} depths sensors read nothing"
+        raise GeometryError(f"{seen} together", rule, "lengths in metres, such as pitch=3e-3")
     reach = min(far, 0.5 * finger.skin.period)
     field = Response.from_function(alone.receptive_field, -reach, reach, step=depth / 32)
     out = {name: np.empty(shape) for name in ("smooth", "load_ratio", *Gains._fields)}
@@ -231,11 +231,11 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         read = partial(_readings, field, finger.skin.period, load, both)
         smooth, gains = largest(read, ends, depth, float(pitch[index]), float(crest[index]))
         if not smooth > 0:
-            raise InvalidValueError(
+            seen, rule = (
                 f"a smooth contact that sensor {sensor} does not read",
                 "a gain needs something to compare with",
-                "another sensor, or a transducer that reads the contact",
             )
+            raise InvalidValueError(seen, rule, "another sensor, or a transducer that reads the contact")
         force = load.normal if load.normal.any() else load.tangential
         left = float((force * share).sum())
         ratio = float(force.sum()) / left if left else np.inf
@@ -246,7 +246,10 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     return RidgeGain(finger, contact, ridges, sensor, pitch.copy(), 0.5 * (high - low), **out, equal_peak=equal_peak)
 
 
-def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None) -> FloatArray:
+@checked
+def read_ridged(
+    finger: Finger, contact: Pressing, ridges: Ridges, rng: np.random.Generator | None = None
+) -> FloatArray:
     """Readings of the sensors under a contact whose pressure and drag ridges break up.
 
     As `Finger.read`; `finger.locate` takes them. Their shape is that to which contact and ridges broadcast, and (n,).
@@ -265,7 +268,6 @@ def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random
     >>> read_ridged(finger, touch, Ridges(pitch=2e-3)).round(4).tolist()
     [0.0019, -0.0068, 0.0019]
     """
-    finger_needed(finger)
     refuse_ridges(finger.skin, "readings under ridges")
     depth = float(np.asarray(finger.array.depth).min())
     (low, high), lines, shares = _broken_up(contact, ridges, depth)
@@ -284,8 +286,6 @@ def _broken_up(
     contact: Contact, ridges: Ridges, depth: float
 ) -> tuple[tuple[FloatArray, FloatArray], LineLoads, FloatArray]:
     """The contact's ends, the contact as line loads, and the ridges' share of each, all of the batch's shape."""
-    _check.noun("contact", contact, Contact, "Hertz(40.0, half_width=2e-3)")
-    _check.noun("ridges", ridges, Ridges, "Ridges(pitch=3e-3)")
     shape = _check.broadcast(contact=np.empty(contact.shape), ridges=np.empty(ridges.batch))
     low, high = (np.broadcast_to(end, shape) for end in contact.support)
     lines = line_loads(contact, ridges.breaks(low, high), depth)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Real, checked
 from ...contact import PressureProfile
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from ...pressing import SineRidges, press
 from ...skin import Skin
 from .._common import Found, refuse_ridges
@@ -19,8 +21,12 @@ from .shape import Ridges, ShapeName
 
 __all__ = ["PressedRidges", "closing_pressure", "press_ridges"]
 
+_Pitch: TypeAlias = Annotated[npt.ArrayLike, Real("m", above=0.0)]
+_Amplitude: TypeAlias = Annotated[npt.ArrayLike, Real("m", at_least=0.0)]
 
-def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike) -> FloatArray:
+
+@checked
+def closing_pressure(skin: Skin, pitch: _Pitch, amplitude: _Amplitude) -> FloatArray:
     """Mean pressure [Pa] at which ridges amplitude cos(2 pi y / pitch) are pressed flat: touching all along.
 
     On a half plane pi E* amplitude / pitch (Westergaard 1939; Johnson, Contact Mechanics (1985), section 13.2); on any
@@ -41,13 +47,11 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
     >>> round(float(closing_pressure(skin, pitch=3e-3, amplitude=20e-6)), 3)
     11170.107
     """
-    wide = _check.real("pitch", pitch, unit="m", above=0.0)
-    high = _check.real("amplitude", amplitude, unit="m", at_least=0.0)
     refuse_ridges(skin, "the closing pressure")
-    k = 2 * np.pi / wide
+    k = 2 * np.pi / np.asarray(pitch)
     if turn := skin.curvature:
         k = np.maximum(np.round(k / turn), 2) * turn
-    return _check.read_only(high / skin.surface_compliance(k)[..., 0, 0])
+    return _check.read_only(np.asarray(amplitude) / skin.surface_compliance(k)[..., 0, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,13 +106,14 @@ class PressedRidges(Found):
             return _check.read_only(self.pressure / self.closing)
 
 
+@checked
 def press_ridges(
     finger: Finger,
-    pitch: npt.ArrayLike,
-    amplitude: npt.ArrayLike,
+    pitch: _Pitch,
+    amplitude: _Amplitude,
     *,
-    force: npt.ArrayLike,
-    radius: float = np.inf,
+    force: Annotated[npt.ArrayLike, Real("N/m", above=0.0)],
+    radius: Annotated[float, Real("m", above=0.0, finite=False)] = np.inf,
     shape: ShapeName = "abs_cos",
     sensor: int = 0,
     nodes: int | None = None,
@@ -144,12 +149,7 @@ def press_ridges(
     >>> found.filling.round(1).tolist(), found.touching.round(2).tolist()
     ([9.3, 0.8], [1.0, 0.51])
     """
-    finger_needed(finger)
-    given = {
-        "pitch": _check.real("pitch", pitch, unit="m", above=0.0),
-        "amplitude": _check.real("amplitude", amplitude, unit="m", at_least=0.0),
-        "force": _check.real("force", force, unit="N/m", above=0.0),
-    }
+    given = {"pitch": np.asarray(pitch), "amplitude": np.asarray(amplitude), "force": np.asarray(force)}
     batch = _check.broadcast(**given)
     wide, high, load = (np.broadcast_to(a, batch).copy() for a in given.values())
     status = np.zeros(batch, dtype=int)

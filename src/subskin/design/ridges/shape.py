@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._frozen import Frozen
+from ..._declared import Noun, Real, Ruled, checked
 from ...errors import InvalidValueError
 
 __all__ = ["Ridges"]
@@ -33,8 +33,14 @@ _NEAR = 8.0 ** -np.arange(1, 5)
 _SMOOTH = 1e-5
 
 
+def _shape(name: str, value: Any) -> Any:
+    """One of the known shapes, or a function."""
+    fix = 'shape="raised_cosine", or a function of the distance in pitches'
+    return value if callable(value) else _check.choice(name, value, get_args(ShapeName), fix)
+
+
 @dataclass(frozen=True, eq=False)
-class Ridges(Frozen):
+class Ridges(Noun):
     """Ridges over a contact: the share of the pressure, and of the drag, that they let through at each position.
 
     They belong to the skin, or to what touches it: to first order only the sum of the two profiles counts.
@@ -65,63 +71,49 @@ class Ridges(Frozen):
     ([1.0, 0.5, 0.0], 0.63662)
     """
 
-    pitch: npt.ArrayLike
-    shape: ShapeName | Callable[[FloatArray], FloatArray] = "abs_cos"
-    crest: npt.ArrayLike = 0.0
-    duty: float | None = None
-    kinks: tuple[float, ...] = ()
+    pitch: Annotated[npt.ArrayLike, Real("m", above=0.0)]
+    shape: Annotated[ShapeName | Callable[[FloatArray], FloatArray], Ruled(_shape)] = "abs_cos"
+    crest: Annotated[npt.ArrayLike, Real("m")] = 0.0
+    duty: Annotated[float | None, Real(above=0.0, at_most=1.0)] = None
+    kinks: tuple[Annotated[float, Real(at_least=-0.5, at_most=0.5)], ...] = ()
+
+    EXAMPLE: ClassVar = "Ridges(pitch=3e-3)"
 
     def __post_init__(self) -> None:
-        pitch = _check.real("pitch", self.pitch, unit="m", above=0.0)
-        crest = _check.real("crest", self.crest, unit="m")
-        _check.broadcast(pitch=pitch, crest=crest)
-        object.__setattr__(self, "pitch", pitch)
-        object.__setattr__(self, "crest", crest)
-        own = callable(self.shape)
-        if not own:
-            other = 'shape="raised_cosine", or a function of the distance in pitches'
-            _check.choice("shape", self.shape, get_args(ShapeName), other)
-        if self.duty is not None and self.shape != "square":
-            raise InvalidValueError(
-                f"duty = {self.duty!r} with shape = {self.shape!r}", "only square ridges have a duty", 'shape="square"'
-            )  # fmt: skip
-        duty = _check.scalar("duty", _DUTY if self.duty is None else self.duty, above=0.0, at_most=1.0)
-        object.__setattr__(self, "duty", duty if self.shape == "square" else None)
-        kinks = _check.real("kinks", self.kinks, at_least=-0.5, at_most=0.5).reshape(-1)
-        if kinks.size and not own:
-            raise InvalidValueError(
-                f"kinks = {self.kinks!r} with shape = {self.shape!r}",
-                "the kinks of that shape are known",
-                "leave out kinks",
-            )
-        object.__setattr__(self, "kinks", tuple(kinks.tolist()))
-        if own:
-            share = self._unit(np.linspace(-0.5, 0.5, _SAMPLES))
-            top = float(share[_SAMPLES // 2])
-            if not (
-                np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12
-            ):
-                raise InvalidValueError(
-                    f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
-                    "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",
-                    "divide the shape by its value at u = 0",
-                )
-            whole, halves = self._integral(1), self._integral(2)
-            if abs(whole - halves) > _SMOOTH:
-                raise InvalidValueError(
-                    f"a mean share of {whole:.6g} or {halves:.6g}, as the nodes lie",
-                    "the shape has to be smooth between u = -1/2, 0, 1/2 and its kinks",
-                    "kinks=, the positions where it is not",
-                )
+        super().__post_init__()
+        self._common_shape()
+        with_shape = f"with shape = {self.shape!r}"
+        if self.shape == "square":
+            object.__setattr__(self, "duty", _DUTY if self.duty is None else self.duty)
+        elif self.duty is not None:
+            rule = "only square ridges have a duty"
+            raise InvalidValueError(f"duty = {self.duty!r} {with_shape}", rule, 'shape="square"')
+        if not callable(self.shape):
+            if self.kinks:
+                rule = "the kinks of that shape are known"
+                raise InvalidValueError(f"kinks = {self.kinks!r} {with_shape}", rule, "leave out kinks")
+            return
+        share = self._unit(np.linspace(-0.5, 0.5, _SAMPLES))
+        low, high, top = (float(v) for v in (share.min(), share.max(), share[_SAMPLES // 2]))
+        if not (low >= 0 and high <= 1 + 1e-12 and abs(top - 1) < 1e-12):  # NaN is none of them
+            seen = f"shares from {low:.6g} to {high:.6g}, {top:.6g} at the crest"
+            rule = "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0"
+            raise InvalidValueError(seen, rule, "divide the shape by its value at u = 0")
+        whole, halves = self._integral(1), self._integral(2)
+        if abs(whole - halves) > _SMOOTH:
+            seen = f"a mean share of {whole:.6g} or {halves:.6g}, as the nodes lie"
+            rule = "the shape has to be smooth between u = -1/2, 0, 1/2 and its kinks"
+            raise InvalidValueError(seen, rule, "kinks=, the positions where it is not")
 
     @property
     def batch(self) -> tuple[int, ...]:
         """Shape that pitch and crest have together."""
         return np.broadcast_shapes(np.shape(self.pitch), np.shape(self.crest))
 
-    def share(self, y: npt.ArrayLike) -> FloatArray:
+    @checked
+    def share(self, y: Annotated[npt.ArrayLike, Real("m")]) -> FloatArray:
         """Share of the smooth pressure that is left at `y` [m], which broadcasts against the pitch."""
-        u = (_check.real("y", y, unit="m") - np.asarray(self.crest)) / np.asarray(self.pitch)
+        u = (np.asarray(y) - np.asarray(self.crest)) / np.asarray(self.pitch)
         return _check.read_only(self._unit(u - np.round(u)))
 
     @property
@@ -154,11 +146,9 @@ class Ridges(Frozen):
                 seen = f"shape(u) gave {_check.shown(values)}"
                 raise InvalidValueError(seen, "real numbers are needed", "np.vectorize(shape)")
             if values.shape != u.shape:
-                raise InvalidValueError(
-                    f"shares of shape {values.shape} from distances of shape {u.shape}",
-                    "the shape of a ridge has to be a function of an array",
-                    "np.vectorize(shape)",
-                )
+                seen = f"shares of shape {values.shape} from distances of shape {u.shape}"
+                rule = "the shape of a ridge has to be a function of an array"
+                raise InvalidValueError(seen, rule, "np.vectorize(shape)")
             return values
         if self.shape in _KNOWN:
             return _KNOWN[self.shape][0](u)

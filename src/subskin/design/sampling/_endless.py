@@ -97,9 +97,8 @@ class EndlessRow(_Endless):
         if contact is not None:
             _check.noun("contact", contact, (Contact, LocalContact), "LineLoad(force=40.0)")
         if contact is not None and contact.shape != ():
-            raise GeometryError(
-                f"contacts of shape {contact.shape}", "a single one is needed", "give contacts one by one"
-            )
+            seen = f"contacts of shape {contact.shape}"
+            raise GeometryError(seen, "a single one is needed", "give contacts one by one")
         return cls(_one_of(finger, sensor), contact)
 
     loads = ("pressure", "shear")
@@ -126,11 +125,9 @@ class EndlessRow(_Endless):
         scale = self.depth + self.half_width + self.width
         step = _FINE / scale
         if last / step > _MOST:
-            raise GeometryError(
-                f"a contact of half width {self.half_width:.6g} m over a sensor at {self.depth:.6g} m",
-                "it is too wide for its spectrum to be followed",
-                "a narrower contact, or its edges alone",
-            )
+            seen = f"a contact of half width {self.half_width:.6g} m over a sensor at {self.depth:.6g} m"
+            rule = "it is too wide for its spectrum to be followed"
+            raise GeometryError(seen, rule, "a narrower contact, or its edges alone")
         fine = start + step * np.arange(1, int((last - start) / step) + 1)
         # a bonded layer thick beside the depth shows at waves far longer than the depth
         coarse = start + np.geomspace(1e-12, 1.0, 400) * last

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, overload
+from typing import Any, Literal, TypeAlias, overload
 
 import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Length, checked
 from ...contact import Contact, LocalContact
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger, finger_needed
-from .._common import Found, whole
+from ...finger import Finger
+from .._common import Found, Several
 from ._endless import EndlessLattice, EndlessRow, lattice_of
 
 __all__ = ["AliasingError", "LatticeError", "aliasing_error"]
@@ -138,13 +139,14 @@ def aliasing_error(
     shifts: int = 16,
     lattice: Lattice = None,
 ) -> LatticeError: ...
+@checked
 def aliasing_error(
     finger: Finger,
-    contact: Contact | LocalContact | None = None,
-    pitch: float | None = None,
+    contact: Any = None,
+    pitch: Length | None = None,
     *,
     sensor: int = 0,
-    shifts: int = 16,
+    shifts: Several = 16,
     lattice: Lattice = None,
 ) -> AliasingError | LatticeError:
     """What is lost between sensors: their samples joined by sinc functions, against the true reading.
@@ -208,7 +210,6 @@ def aliasing_error(
     >>> found.beyond.round(3).tolist()
     [0.027, 0.04, 0.04]
     """
-    finger_needed(finger)
     kind = lattice_of(finger, lattice)
     if kind != "row":
         return _lattice_error(finger, contact, pitch, sensor=sensor, lattice=kind)
@@ -217,7 +218,6 @@ def aliasing_error(
         raise InvalidValueError(seen, rule, 'Hertz(force=40.0, half_width=2e-3), or lattice="square"')
     row = EndlessRow.of(finger, sensor, contact)
     step = _sparse(_pitch(finger) if pitch is None else pitch, row.depth)
-    shifts = whole("shifts", shifts, 2)
     skin, around = row.finger.skin, 0
     if skin.curvature:
         around = max(int(np.ceil(skin.period / step * (1 - 1e-12))), 1)
@@ -232,9 +232,8 @@ def aliasing_error(
     error = np.stack([_recovered(row, positions, offset, step, around) for offset in offsets]) - truth
     scale = float(np.abs(truth).max())
     if not scale > 0:
-        raise InvalidValueError(
-            f"a sensor at {row.depth:.6g} m", "it reads nothing of the contact", "another depth, or contact"
-        )
+        seen, rule = f"a sensor at {row.depth:.6g} m", "it reads nothing of the contact"
+        raise InvalidValueError(seen, rule, "another depth, or contact")
     bound, at_nyquist = _spectral(row, np.pi / step)
     return AliasingError(
         row.finger, contact, step, row.centre + positions, truth, offsets, error, scale, bound / scale, at_nyquist
@@ -243,21 +242,18 @@ def aliasing_error(
 
 def _sparse(pitch: float, depth: float) -> float:
     """The pitch, which is not so small that no error is left to find."""
-    step = _check.scalar("pitch", pitch, unit="m", above=0.0)
-    if step < _DENSEST * depth:
-        raise InvalidValueError(
-            f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find", "a larger pitch"
-        )
-    return step
+    if pitch < _DENSEST * depth:
+        rule = f"sensors nearer than {_DENSEST:g} depths leave no error to find"
+        raise InvalidValueError(f"pitch = {pitch:.6g} m", rule, "a larger pitch")
+    return pitch
 
 
 def _pitch(finger: Finger) -> float:
     """The pitch of the finger's own row."""
     gaps = np.diff(np.sort(np.asarray(finger.array.y)))
     if not gaps.size or not gaps.min() > 0 or np.ptp(gaps) > 1e-9 * gaps.max():
-        raise GeometryError(
-            f"sensors at {np.asarray(finger.array.y).tolist()} m", "they are not evenly spaced", "pitch="
-        )
+        seen = f"sensors at {np.asarray(finger.array.y).tolist()} m"
+        raise GeometryError(seen, "they are not evenly spaced", "pitch=")
     return float(gaps.mean())
 
 
@@ -313,9 +309,8 @@ def _lattice_error(finger: Finger, contact: object, pitch: float | None, *, sens
     step = _sparse(_lattice_pitch(finger, lattice) if pitch is None else pitch, sensors.depth)
     within, beyond = sensors.powers(lattice, step, contact)
     if not (within + beyond > 0).all():
-        raise InvalidValueError(
-            f"a sensor at {sensors.depth:.6g} m", "it reads nothing of the load", "another depth or transducer"
-        )
+        seen, rule = f"a sensor at {sensors.depth:.6g} m", "it reads nothing of the load"
+        raise InvalidValueError(seen, rule, "another depth or transducer")
     ratio = np.sqrt(beyond / within)
     return LatticeError(sensors.finger, contact, lattice, step, ratio[0] if contact else ratio)
 

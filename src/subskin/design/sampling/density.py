@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Fix, Real, Ruled, checked
 from ...array import SensorArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from .._common import Found, index_of
 from ._endless import EndlessLattice, EndlessRow, lattice_of
 
@@ -28,6 +29,7 @@ _SPARSER = {"row": 1.0, "square": 1.0, "hexagonal": 2 / np.sqrt(3)}
 
 
 Sensors: TypeAlias = EndlessRow | EndlessLattice
+_Speed: TypeAlias = Annotated[float, Real("m/s")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +79,13 @@ class SensorDensity(Found):
         """Wavenumber from which on all is attenuated [rad/m], shape (..., l)."""
         return _check.read_only(np.pi * _SPARSER[self.lattice] / self.pitch)
 
-    def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:
+    @checked
+    def relative(self, wavenumber: Annotated[npt.ArrayLike, Real("rad/m", at_least=0.0)]) -> FloatArray:
         """Size of what is read of waves of `wavenumber` [rad/m], over the largest, shape (..., l).
 
         On an area in the direction in which most is read.
         """
-        k = _check.real("wavenumber", wavenumber, unit="rad/m", at_least=0.0)
+        k = np.asarray(wavenumber)
         flat = k.reshape(-1)
         if self.lattice == "row":
             sizes = EndlessRow(self.finger, self.contact).sizes(flat)
@@ -90,16 +93,18 @@ class SensorDensity(Found):
             sizes = EndlessLattice(self.finger).sizes(np.maximum(flat, 1e-12))
         return _check.read_only((sizes / self.largest).reshape(*k.shape, -1))
 
-    def rate(self, speed: float) -> FloatArray:
+    @checked
+    def rate(self, speed: _Speed) -> FloatArray:
         """Samples per second [Hz] with which one sensor that slides at `speed` [m/s] is as good as the row."""
-        return _check.read_only(abs(_check.scalar("speed", speed, unit="m/s")) / self.pitch)
+        return _check.read_only(abs(speed) / self.pitch)
 
 
+@checked
 def sensor_density(
     finger: Finger,
-    attenuation: npt.ArrayLike = 1e3,
+    attenuation: Annotated[npt.ArrayLike, Real(above=1.0)] = 1e3,
     *,
-    contact: Contact | None = None,
+    contact: Annotated[Contact | None, Ruled(lambda _, contact: contact)] = None,
     sensor: int = 0,
     lattice: Literal["row", "square", "hexagonal"] | None = None,
 ) -> SensorDensity:
@@ -167,8 +172,7 @@ def sensor_density(
     4.83
     4.19
     """
-    finger_needed(finger)
-    wanted = _check.real("attenuation", attenuation, above=1.0)
+    wanted = np.asarray(attenuation)
     kind = lattice_of(finger, lattice)
     if kind != "row" and contact is not None:
         seen, rule = f"a {type(contact).__name__} over a {kind} lattice", "on an area the worst case is found"
@@ -280,7 +284,14 @@ class SlidingSamples(Found):
     noise_gain: float
 
 
-def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: int = 0) -> SlidingSamples:
+@checked
+def sliding_samples(
+    array: Annotated[SensorArray, Fix("finger.array")],
+    speed: _Speed,
+    rate: Annotated[float, Real("Hz", above=0.0)],
+    *,
+    sensor: int = 0,
+) -> SlidingSamples:
     """Where on a thing that slides past the sensors sample it.
 
     In frame j a sensor at y samples the thing at y + j speed / rate, a step further on each time. One sensor samples
@@ -318,11 +329,8 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     >>> round(found.pitch * 1e3, 6), round(found.noise_gain, 6)
     (0.2, 1.0)
     """
-    pace = abs(_check.scalar("speed", speed, unit="m/s"))
-    frames = _check.scalar("rate", rate, unit="Hz", above=0.0)
-    if not pace > 0:
+    if speed == 0:
         raise InvalidValueError("speed = 0 m/s", "what does not slide adds no samples", "speed=0.05")
-    _check.noun("array", array, SensorArray, "finger.array")
     sensor = index_of(array, sensor)
     kinds = [
         (kind.linear_part, float(depth), float(width))
@@ -332,7 +340,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     if not alike.any():
         raise GeometryError(f"sensor {sensor}", "it is dead, of gain 0, and so are its like", "name another")
     y = np.asarray(array.y)[alike]
-    step = pace / frames
+    step = abs(speed) / rate
     rest = np.sort(np.mod(y - y.max(), step) / step)
     rest = np.sort(np.where(rest > 1 - _SAME, 0.0, rest))
     rest = rest[np.concatenate([[True], np.diff(rest) > _SAME])]

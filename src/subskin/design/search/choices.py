@@ -160,11 +160,9 @@ class Room(Noun):
             rule = f"0 < shallowest <= deepest <= {_DEEPEST} times the shallowest is needed"
             raise GeometryError(f"depth = {list(self.depth)!r} m", rule, "depth=(1e-3, 4e-3)")
         if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
-            raise GeometryError(
-                f"longest_row = {self.longest_row:.6g} m",
-                f"{low:.0f} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
-                "fewer sensors, a smaller pitch, or a longer row",
-            )
+            seen, size = f"longest_row = {self.longest_row:.6g} m", (low - 1) * self.least_pitch
+            rule = f"{low:.0f} sensors at the least pitch take {size:.6g} m"
+            raise GeometryError(seen, rule, "fewer sensors, a smaller pitch, or a longer row")
         unknown = [name for name in self.layouts if name not in (*PATTERNS, "free")]
         if unknown or not set(self.layouts) & set(PATTERNS):
             seen = f'layout "{unknown[0]}"' if unknown else f"layouts = {list(self.layouts)}"

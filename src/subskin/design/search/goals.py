@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, ClassVar, Literal
@@ -11,11 +10,12 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ..._declared import Fix, Noun, Positive, Real
+from ..._declared import Fix, Noun, Positive, Real, Whole, checked
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ..placement import AREA_SAMPLES, Arrangement, Channel, channels_of, layouts
+from ..tolerance.sources import Amounts
 from ..touches import Touches
 from .choices import Effort, Mix, Room, SensorKind, SkinChoice
 
@@ -80,9 +80,8 @@ class Accuracy(Noun):
             rule = "the direction of an edge, and the edge's length, go together"
             raise InvalidValueError(f"edge = {self.edge!r}", rule, "edge=0.1, edge_length=6e-3")
         if self.position is None and self.angle is None and self.force is None:
-            raise InvalidValueError(
-                "no accuracy is wanted", "one of position, angle and force is needed", "state the position"
-            )
+            rule = "one of position, angle and force is needed"
+            raise InvalidValueError("no accuracy is wanted", rule, "state the position")
 
     @property
     def outside(self) -> float:
@@ -174,7 +173,7 @@ class Goals(Noun):
     skins: tuple[SkinChoice, ...]
     room: Room
     largest_strain: Annotated[float, Real(above=0.0, at_most=1.0)] = 0.1
-    tolerances: Annotated[Mapping[str, float] | None, Fix('tolerances={"depth": 0.05e-3}')] = None
+    tolerances: Amounts = None
     effort: Effort = field(default_factory=Effort)
     title: str = "Finger"
     mixes: tuple[Mix, ...] = ()
@@ -182,11 +181,9 @@ class Goals(Noun):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.touches.force <= self.strongest < np.inf:
-            raise InvalidValueError(
-                f"strongest = {self.strongest!r} {self.touches.unit}",
-                f"has to be at least the weakest force, {self.touches.force:.6g} {self.touches.unit}",
-                "swap the two forces",
-            )
+            unit, weakest = self.touches.unit, self.touches.force
+            rule = f"has to be at least the weakest force, {weakest:.6g} {unit}"
+            raise InvalidValueError(f"strongest = {self.strongest!r} {unit}", rule, "swap the two forces")
         self._check_area() if self.on_area else self._check_span()
         for name, amount in (self.tolerances or {}).items():
             _check.scalar(name, amount, at_least=0.0)
@@ -196,9 +193,8 @@ class Goals(Noun):
             called = [choice.name for choice in (choices if name == "skins" else self.choices)]
             twice = [c for c in called if called.count(c) > 1]
             if twice:
-                raise InvalidValueError(
-                    f'two {name} called "{twice[0]}"', "each needs a name of its own in the report", "another name"
-                )
+                rule = "each needs a name of its own in the report"
+                raise InvalidValueError(f'two {name} called "{twice[0]}"', rule, "another name")
 
     def _check_span(self) -> None:
         low, high = self.touches.span_on()
@@ -206,11 +202,8 @@ class Goals(Noun):
         longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
         felt = longest + 2 * _FELT * deep
         if high - low > felt:  # most often one in the wrong unit
-            raise GeometryError(
-                f"span = {high - low:.6g} m",
-                f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most",
-                'a shorter span, with its unit: "12 mm"',
-            )
+            rule = f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most"
+            raise GeometryError(f"span = {high - low:.6g} m", rule, 'a shorter span, with its unit: "12 mm"')
         if self.mixes:
             rule = "rows are of one kind of sensor"
             raise InvalidValueError(f'the mix "{self.mixes[0].name}"', rule, "touches on an area, or no mixes")
@@ -275,7 +268,8 @@ class Goals(Noun):
         usual = AREA_SAMPLES if self.on_area else 10_000
         return usual if self.effort.touches is None else self.effort.touches
 
-    def readings(self, sensor: int, count: int) -> int:
+    @checked
+    def readings(self, sensor: int, count: Annotated[int, Whole(0, 10**9, "count=9")]) -> int:
         """Readings of an array: each kind of a mix that is together has one at each position.
 
         Parameters
@@ -286,7 +280,6 @@ class Goals(Noun):
             How many positions.
         """
         choice = self.choices[self._which(sensor)]
-        count = _check.whole("count", count, at_least=0, at_most=10**9, fix="count=9")
         return count * (len(choice.kinds) if choice.together else 1)
 
     def channels(self, sensor: int) -> tuple[Channel, ...]:
@@ -304,9 +297,9 @@ class Goals(Noun):
     def _which(self, sensor: object) -> int:
         return _check.whole("sensor", sensor, at_least=0, at_most=len(self.choices) - 1, fix="sensor=0")
 
-    def finger(self, row: Row) -> Finger:
+    @checked
+    def finger(self, row: Annotated[Row, Fix("goals.finger(study.rows[0])")]) -> Finger:
         """The finger of one `row`."""
-        _check.noun("row", row, Row, "goals.finger(study.rows[0])")
         choice, skin = self.choices[row.sensor], self.skins[row.skin].skin
         at, which = channels_of(row.layout, len(choice.kinds), choice.together)
         points, kinds = row.layout.points(row.pitch, self.middle)[at], [choice.kinds[i] for i in which.tolist()]

@@ -6,13 +6,14 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Fix, checked
 from ..._frozen import Frozen
 from ..._tasks import Executor, run_tasks
 from ...contact import Contact, LineLoad, LocalContact
@@ -146,8 +147,9 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
     return tuple(c for c in asked if np.isfinite(c.wanted))
 
 
+@checked
 def search_grid(
-    goals: Goals,
+    goals: Annotated[Goals, Fix('io.load_goals("goals.toml").goals')],
     *,
     store: Store | None = None,
     workers: int | None = None,
@@ -179,8 +181,6 @@ def search_grid(
     WorkersError
         The executor has lost its workers; finished rows are in the store.
     """
-    _check.function("progress", progress)
-    _check.noun("goals", goals, Goals, 'io.load_goals("goals.toml").goals')
     if store is not None and not all(callable(getattr(store, name, None)) for name in ("get", "put")):
         seen, rule = f"store = {_check.shown(store)}", "something with get and put is needed"
         raise InvalidValueError(seen, rule, 'store=io.FolderStore("rows")')
@@ -271,11 +271,9 @@ def _depths(goals: Goals, k: int) -> FloatArray:
     choice = goals.skins[k]
     deepest = min(deep, DEEPEST * choice.skin.thickness)
     if deepest < shallow:
-        raise GeometryError(
-            f'skin "{choice.name}" is {choice.skin.thickness:.6g} m thick',
-            f"the shallowest sensors are to lie {shallow:.6g} m deep",
-            "a thicker skin or shallower sensors",
-        )
+        seen = f'skin "{choice.name}" is {choice.skin.thickness:.6g} m thick'
+        rule = f"the shallowest sensors are to lie {shallow:.6g} m deep"
+        raise GeometryError(seen, rule, "a thicker skin or shallower sensors")
     return np.geomspace(shallow, deepest, goals.effort.depths)
 
 

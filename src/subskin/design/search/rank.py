@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
+from typing import Annotated
 
 import numpy as np
 
-from ... import _check
 from ..._check import FloatArray
+from ..._declared import Fix, checked
 from ..._tasks import threads
 from ...errors import ConvergenceError
 from .grid import DesignGrid
@@ -19,8 +20,12 @@ from .remedy import remedies
 __all__ = ["rank_fingers"]
 
 
+@checked
 def rank_fingers(
-    grid: DesignGrid, *, workers: int | None = None, progress: Callable[[], object] | None = None
+    grid: Annotated[DesignGrid, Fix("design.search_grid(goals)")],
+    *,
+    workers: int | None = None,
+    progress: Callable[[], object] | None = None,
 ) -> DesignStudy:
     """Refine the best designs of the grid, look at each closely, and rank them.
 
@@ -55,19 +60,13 @@ def rank_fingers(
     >>> [(f.row.count, f.meets) for f in study.fingers]  # three see too little of touches outside the model
     [(4, True), (3, False)]
     """
-    _check.function("progress", progress)
-    _check.noun("grid", grid, DesignGrid, "design.search_grid(goals)")
     pairs = [(int(k), int(m)) for k, m in np.argwhere(np.isfinite(grid.excess).any(axis=(2, 3, 4)))]
     if not pairs:
         if np.isnan(grid.excess).all():
-            raise ConvergenceError(
-                "no row has room",
-                "sensors overlap, go round the finger, or take more than the longest row at every pitch that was tried",
-                "narrower sensors, fewer of them, or a longer row",
-            )
-        raise ConvergenceError(
-            "no row notices the touches", "at the weakest force noise hides them", "less noise or a larger force"
-        )
+            rule = "sensors overlap, go round the finger, or take more than the longest row at every pitch tried"
+            raise ConvergenceError("no row has room", rule, "narrower sensors, fewer of them, or a longer row")
+        rule = "at the weakest force noise hides them"
+        raise ConvergenceError("no row notices the touches", rule, "less noise or a larger force")
     stopped = Event()
     found: list[DesignedFinger] = []
     pool = ThreadPoolExecutor(threads(workers))

@@ -46,7 +46,7 @@ class Remedy:
     row: Row | None = None
 
 
-def remedies(grid: DesignGrid, progress: Callable[[], object] | None = None) -> tuple[Remedy, ...]:
+def remedies(grid: DesignGrid) -> tuple[Remedy, ...]:
     """What would do, each change by itself, judged as the grid is: noise alone, and one touch.
 
     Strains and readings are in proportion to the force. Of other moduli, the softest skin is tried that keeps to the
@@ -56,8 +56,6 @@ def remedies(grid: DesignGrid, progress: Callable[[], object] | None = None) -> 
     ----------
     grid : DesignGrid
         From `search_grid`.
-    progress : callable, optional
-        Called after each of the three searches.
 
     Examples
     --------
@@ -73,12 +71,7 @@ def remedies(grid: DesignGrid, progress: Callable[[], object] | None = None) -> 
     >>> round(found["borne"]), round(found["young"], 2)  # eps = 3 P / (2 pi E x) is 10 % at most
     (168, 2.39)
     """
-    out = [*_forces(grid)]
-    for search in (_moduli, _depths, _counts):
-        out.append(search(grid))
-        if progress is not None:
-            progress()
-    return tuple(out)
+    return *_forces(grid), _moduli(grid), _depths(grid), _counts(grid)
 
 
 def _forces(grid: DesignGrid) -> Iterator[Remedy]:

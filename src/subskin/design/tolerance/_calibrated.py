@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ... import _check
 from ..._check import FloatArray
 from ...calibration import calibrate_blind
 from ...calibration.known import explained, fitted
@@ -32,11 +31,6 @@ TERMS = {
 """What a calibration can fit, and the sources that it then makes up for."""
 
 _TOGETHER = "together"
-
-
-def checked_method(name: str, what: str) -> None:
-    """Refuse a calibration that there is not."""
-    _check.choice(what, name, METHODS)
 
 
 def terms_for(finger: Finger, amounts: Mapping[str, float]) -> tuple[str, ...]:

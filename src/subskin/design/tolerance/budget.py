@@ -4,27 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
 from ... import _check
+from ..._declared import Friction, Length, Real, Ruled, checked
 from ...errors import InvalidValueError, SubskinError
-from ...finger import Finger, finger_needed
-from .._common import whole
+from ...finger import Finger
+from .._common import Count, Seed
 from ..touches import Touches
-from ._calibrated import METHODS, checked_method, recoveries, terms_for
+from ._calibrated import METHODS, recoveries, terms_for
 from ._costs import Costs, combined
 from ._study import Study
-from .sources import Cost, Needed, Recovery, checked_tolerances
+from .sources import Amounts, Cost, Needed, Recovery, checked_tolerances
 
 __all__ = ["ToleranceBudget", "tolerance_budget"]
+
+Lean: TypeAlias = Annotated[float, Real("rad", above=0.0)]
+Portion: TypeAlias = Annotated[float, Real(above=0.0, at_most=1.0)]
 
 _NO_PART = 1e-3
 """Share of a wanted accuracy below which a source takes no part in it."""
 _WIDEST = 10.0
 _CLOSE = 0.02
 _ROUNDS = 6
+
+
+def _named(name: str, given: Any) -> Any:
+    """Kinds of self-calibration, each by a name that there is."""
+    named = (given,) if isinstance(given, str) else _check.several(name, given, str, 'self_calibration=("known",)')
+    for one in named:
+        _check.choice(name, one, METHODS)
+    return given if isinstance(given, Mapping) else named
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +74,8 @@ class ToleranceBudget:
     draws: int
     _costs: Costs = field(repr=False)
 
-    def kept(self, share: float = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
+    @checked
+    def kept(self, share: Portion = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
         """Errors of position [m], angle [rad] and force [-] that a `share` of the touches keep, to first order.
 
         At each touch the covariances of all `sources`, or of those named, add up. The error of a position on an area is
@@ -73,18 +86,18 @@ class ToleranceBudget:
         InvalidValueError
             A share that is not in (0, 1), a source that is not in the budget.
         """
-        part = _check.scalar("share", share, above=0.0, at_most=1.0)
         amounts = {row.source: row.amount for row in self.rows}
         chosen = amounts if sources is None else sources
         for name in chosen:
             if name not in amounts:
                 raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}", "one of these")
         square = np.sum([self._costs.linear(name, amounts[name]) for name in chosen], axis=0)
-        position, force, angle = np.quantile(self._costs.spread(square), part, axis=(0, 1), method="higher")[:3]
+        position, force, angle = np.quantile(self._costs.spread(square), share, axis=(0, 1), method="higher")[:3]
         return float(position), float(angle), float(force)
 
+    @checked
     def needed(
-        self, position: float | None = None, angle: float | None = None, *, keep: Sequence[str] = ()
+        self, position: Length | None = None, angle: Lean | None = None, *, keep: Sequence[str] = ()
     ) -> tuple[Needed, ...]:
         """How tight each tolerance has to be for a wanted rms error of `position` [m], of `angle` [rad], or both.
 
@@ -103,27 +116,20 @@ class ToleranceBudget:
         InvalidValueError
             Nothing wanted, a source that has no row, or one kept that costs more than what is wanted.
         """
-        wanted = {
-            name: _check.scalar(name, value, above=0.0, unit=unit)
-            for name, value, unit in (("position", position, "m"), ("angle", angle, "rad"))
-            if value is not None
-        }
+        wanted = {name: value for name, value in (("position", position), ("angle", angle)) if value is not None}
         if not wanted:
             raise InvalidValueError("no accuracy wanted", "position, angle or both are needed", "position=1e-4")
         named = [row.source for row in self.rows]
         for source in keep:
             if source not in named:
-                raise InvalidValueError(
-                    f"keep = {source!r}", f"there are {', '.join(named)}", "keep=" + repr(named[:1])
-                )
+                raise InvalidValueError(f"keep = {source!r}", f"there are {', '.join(named)}", f"keep={named[:1]}")
         kept, free = ([r for r in self.rows if (r.source in keep) is side] for side in (True, False))
         left = {}
         for name, value in wanted.items():
             rest = value**2 - sum(_rms(row, name) ** 2 for row in kept)
             if not rest > 0:
-                raise InvalidValueError(
-                    f"{name} = {value:.6g}", f"{', '.join(keep)} alone cost more than that", "tighten these too"
-                )
+                rule = f"{', '.join(keep)} alone cost more than that"
+                raise InvalidValueError(f"{name} = {value:.6g}", rule, "tighten these too")
             left[name] = float(np.sqrt(rest))
         parts = {name: max(sum(_rms(row, name) > _NO_PART * value for row in free), 1) for name, value in left.items()}
         share = {name: value / np.sqrt(parts[name]) for name, value in left.items()}
@@ -161,22 +167,23 @@ def _rms(row: Cost, name: str) -> float:
     return float(getattr(row, f"{name}_rms"))
 
 
+@checked
 def tolerance_budget(
     finger: Finger,
     touches: Touches,
-    tolerances: Mapping[str, float] | None = None,
+    tolerances: Amounts = None,
     *,
-    positions: int | None = None,
-    angles: int = 12,
-    draws: int = 200,
-    quantile: float = 0.95,
-    rng: np.random.Generator | int = 0,
-    friction: float | None = None,
+    positions: Count | None = None,
+    angles: Count = 12,
+    draws: Count = 200,
+    quantile: Annotated[float, Real(above=0.0)] = 0.95,
+    rng: Seed = 0,
+    friction: Friction | None = None,
     search: Any = None,
-    self_calibration: str | Sequence[str] | Mapping[str, Sequence[str]] = (),
-    calibration_draws: int = 3,
-    calibration_touches: int = 200,
-    calibration_presses: int = 60,
+    self_calibration: Annotated[str | Sequence[str] | Mapping[str, Sequence[str]], Ruled(_named)] = (),
+    calibration_draws: Count = 3,
+    calibration_touches: Count = 200,
+    calibration_presses: Count = 60,
     progress: Callable[[], object] | None = None,
 ) -> ToleranceBudget:
     """What each source of error costs in locating the touches that a finger is made for.
@@ -238,25 +245,15 @@ def tolerance_budget(
     >>> wrong.source, round(float(np.rad2deg(wrong.angle_linear)), 1), bool(softer.angle_rms < 1e-6)
     ('poisson', 6.6, True)
     """
-    _check.function("progress", progress)
-    finger_needed(finger)
-    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     amounts = checked_tolerances(finger, tolerances)
-    counts = {
-        "positions": touches.usual_positions(24) if positions is None else positions, "angles": angles, "draws": draws,
-        "calibration_draws": calibration_draws, "calibration_touches": calibration_touches,
-        "calibration_presses": calibration_presses,
-    }  # fmt: skip
-    for name, count in counts.items():
-        whole(name, count)
-    share = _check.scalar("quantile", quantile, above=0.0)
-    if not share < 1:
-        raise InvalidValueError(f"quantile = {share:.6g}", "has to be < 1", "quantile=0.95")
-    root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0, 2**63)
-    methods = _methods(self_calibration, terms_for(finger, amounts), touches)
-    mu = touches.friction if friction is None else _check.friction(friction)
-    position, load = touches.loads(counts["positions"], angles, finger)
-    costs = Costs(Study(finger, touches, position, load, mu, search), draws, share, root)
+    if not quantile < 1:
+        raise InvalidValueError(f"quantile = {quantile:.6g}", "has to be < 1", "quantile=0.95")
+    root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else int(rng)
+    usual, own = terms_for(finger, amounts), self_calibration if isinstance(self_calibration, Mapping) else {}
+    methods = {name: tuple(own.get(name, usual)) for name in METHODS if name in self_calibration}
+    position, load = touches.loads(touches.usual_positions(24) if positions is None else positions, angles, finger)
+    mu = touches.friction if friction is None else friction
+    costs = Costs(Study(finger, touches, position, load, mu, search), draws, quantile, root)
     advance = progress or (lambda: None)
     rows = []
     for name, amount in amounts.items():
@@ -266,16 +263,4 @@ def tolerance_budget(
     advance()
     presses = {"known": calibration_presses, "blind": calibration_touches}
     recovered = recoveries(costs, amounts, methods, calibration_draws, presses, advance)
-    return ToleranceBudget(finger, touches, tuple(rows), combined(rows), together, recovered, share, draws, costs)
-
-
-def _methods(
-    given: str | Sequence[str] | Mapping[str, Sequence[str]], usual: tuple[str, ...], touches: Touches
-) -> dict[str, tuple[str, ...]]:
-    """What each kind of self-calibration fits, in the order of `METHODS`."""
-    fix = 'self_calibration=("known",)'
-    named = (given,) if isinstance(given, str) else _check.several("self_calibration", given, str, fix)
-    for name in named:
-        checked_method(name, "self_calibration")
-    own = given if isinstance(given, Mapping) else {}
-    return {name: tuple(own.get(name, usual)) for name in METHODS if name in named}
+    return ToleranceBudget(finger, touches, tuple(rows), combined(rows), together, recovered, quantile, draws, costs)

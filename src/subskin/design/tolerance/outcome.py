@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from ... import _check
 from ..._check import FloatArray
-from ...finger import Finger, finger_needed
-from .._common import whole
+from ..._declared import Real, Whole, checked
+from ...finger import Finger
+from .._common import Count
 from ..touches import Touches
-from ._calibrated import after_calibration, checked_method, count_of
+from ._calibrated import after_calibration, count_of
 from ._costs import Costs
 from ._study import Study
-from .sources import SOURCES, checked_tolerances
+from .sources import SOURCES, Amounts, checked_tolerances
 
 __all__ = ["ErrorsKept", "Outcome", "tolerance_outcome"]
 
@@ -74,17 +74,18 @@ class Outcome:
     amounts: Mapping[str, float]
 
 
+@checked
 def tolerance_outcome(
     finger: Finger,
     touches: Touches,
-    tolerances: Mapping[str, float] | None = None,
+    tolerances: Amounts = None,
     *,
-    method: str = "known",
-    share: float = 0.95,
-    positions: int | None = None,
-    angles: int = 6,
-    draws: int = 50,
-    rng: int = 0,
+    method: Literal["known", "blind"] = "known",
+    share: Annotated[float, Real(above=0.0, at_most=1.0)] = 0.95,
+    positions: Count | None = None,
+    angles: Count = 6,
+    draws: Count = 50,
+    rng: Annotated[int, Whole(0, 2**63)] = 0,
     search: Any = None,
 ) -> Outcome:
     """What all tolerances at once leave of a finger's touches, before and after it is calibrated.
@@ -128,20 +129,14 @@ def tolerance_outcome(
     >>> found.as_made.lost > 0.3, found.calibrated.lost
     (True, 0.0)
     """
-    finger_needed(finger)
-    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     amounts = checked_tolerances(finger, tolerances)
-    counts = {"positions": touches.usual_positions(12) if positions is None else positions, "angles": angles}
-    for name, count in (counts | {"draws": draws}).items():
-        whole(name, count)
-    checked_method(method, "method")
-    part = _check.scalar("share", share, above=0.0, at_most=1.0)
-    study = Study(finger, touches, *touches.loads(**counts, finger=finger), touches.friction, search)
-    costs = Costs(study, draws, 0.95, whole("rng", rng, 0, 2**63))
+    count = touches.usual_positions(12) if positions is None else positions
+    study = Study(finger, touches, *touches.loads(count, angles, finger), touches.friction, search)
+    costs = Costs(study, draws, 0.95, rng)
     off = {name: amount for name, amount in amounts.items() if SOURCES[name].spread != "reading"}
     linear = np.sum([costs.linear(name, amount) for name, amount in off.items()], axis=0)
     few = draws if touches.area is None else min(draws, _FEW)
-    made = _kept(costs, linear, costs.lost(amounts, few), part)
+    made = _kept(costs, linear, costs.lost(amounts, few), share)
     presses = count_of(study, method)
     if not off:
         return Outcome(made, made, method, presses, amounts)
@@ -152,7 +147,7 @@ def tolerance_outcome(
     errors = np.einsum("pakn,dpan->dpak", costs.slope, left)
     square = np.einsum("dpak,dpaj->pakj", errors, errors) / draws
     square[costs.singular & (np.abs(left).max(axis=(0, -1)) > 0)] = np.inf
-    return Outcome(made, _kept(costs, square, _lost(study, frames, misfit[:few]), part), method, presses, amounts)
+    return Outcome(made, _kept(costs, square, _lost(study, frames, misfit[:few]), share), method, presses, amounts)
 
 
 def _kept(costs: Costs, square: FloatArray, lost: float, share: float) -> ErrorsKept:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Fix, checked
 from ...errors import InvalidValueError
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from ...skin import Skin
 
 __all__ = [
@@ -60,6 +61,7 @@ SOURCES = {
 """Every source, in the order of a budget's rows."""
 
 
+@checked
 def usual_tolerances(finger: Finger) -> dict[str, float]:
     """What is usually not known better of a finger that is moulded and not measured, by source.
 
@@ -77,7 +79,6 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
     >>> round(usual["position"] * 1e6), usual["gains"], "thickness" in usual
     (40, 0.05, False)
     """
-    finger_needed(finger)
     array, skin = finger.array, finger.skin
     depth, noise = float(np.asarray(array.depth).mean()), _typical(array.noise, array.live)
     usual = {
@@ -92,13 +93,13 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
     return {name: usual[name] for name in SOURCES if usual.get(name, 0.0) > 0}
 
 
+Amounts: TypeAlias = Annotated[Mapping[str, float] | None, Fix('tolerances={"depth": 0.05e-3}')]
+"""Amount of each source, a standard deviation; of the usual sources if left out."""
+
+
 def checked_tolerances(finger: Finger, tolerances: Mapping[str, float] | None) -> dict[str, float]:
     """Amounts > 0 in the order of `SOURCES`; what is 0 is left out, what the finger has not is refused."""
     given = usual_tolerances(finger) if tolerances is None else tolerances
-    if not isinstance(given, Mapping):
-        raise InvalidValueError(
-            f"tolerances = {given!r}", "a mapping of sources to amounts is needed", '{"depth": 0.05e-3}'
-        )
     for name in given:
         if name not in SOURCES:
             raise InvalidValueError(f"tolerance of {name!r}", f"there are {', '.join(SOURCES)}", '{"depth": 0.05e-3}')

@@ -10,10 +10,11 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Length, checked
 from ...errors import InvalidValueError
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from ...radial import tabulate_radial
-from .._common import Found, noise_of, whole
+from .._common import Count, Found, Seed, Several, noise_of
 from ..placement.asked import Told
 from ..touches import Touches
 from .limen import distance_needed
@@ -58,16 +59,17 @@ class AreaLimen(Found):
     needed: float
 
 
+@checked
 def two_point_area(
     finger: Finger,
     touches: Touches,
     *,
-    pairs: int = 60,
+    pairs: Count = 60,
     power: float = 0.9,
     false_alarm: float = 0.01,
-    largest: float | None = None,
+    largest: Length | None = None,
     search: Any = None,
-    rng: np.random.Generator | int = 0,
+    rng: Seed = 0,
 ) -> AreaLimen:
     """From which distance on two touches on an area read as two, and not as one.
 
@@ -107,15 +109,13 @@ def two_point_area(
     >>> bool(0.2e-3 < np.quantile(found.separation, 0.95) < 0.4e-3)
     True
     """
-    finger_needed(finger)
     box = _area(touches)
     depth = float(np.asarray(finger.array.depth).min())
     usual = min(_FARTHEST * depth, float(np.ptp(box, axis=1).min()))
-    far = usual if largest is None else _check.scalar("largest", largest, unit="m", above=0.0)
-    count = whole("pairs", pairs)
+    far = usual if largest is None else largest
     drawn = _check.random(rng)
-    middle = drawn.uniform(box[:, 0], box[:, 1], (count, 2))
-    azimuth = drawn.uniform(0.0, np.pi, count)
+    middle = drawn.uniform(box[:, 0], box[:, 1], (pairs, 2))
+    azimuth = drawn.uniform(0.0, np.pi, pairs)
     along = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     step = np.geomspace(min(_NEAREST * depth, 0.5 * far), far, _STEPS)
     down = np.array([0.5 * touches.force, 0.0, 0.0])
@@ -134,7 +134,7 @@ def two_point_area(
 
     spare = int(finger.array.live.sum()) - (5 if touches.half_width is None else 6)
     needed = distance_needed(spare, power, false_alarm, "fit")
-    separation = _from_which_on(step, distances, needed, count)
+    separation = _from_which_on(step, distances, needed, pairs)
     return AreaLimen(finger, touches, middle, azimuth, separation, far, needed)
 
 
@@ -155,8 +155,9 @@ def _from_which_on(
     return np.asarray(np.where(never, np.inf, np.where(always, step[0], np.sqrt(low * high))))
 
 
+@checked
 def edge_direction(
-    finger: Finger, touches: Touches, length: float, *, positions: int = 7, directions: int = 6
+    finger: Finger, touches: Touches, length: Length, *, positions: Several = 7, directions: Count = 6
 ) -> FloatArray:
     """How well the direction of a straight edge is found: its Cramer-Rao bounds [rad], shape (p, p, directions).
 
@@ -197,20 +198,18 @@ def edge_direction(
     >>> bool(long < 0.3 * short)
     True
     """
-    finger_needed(finger)
-    box, long = _area(touches), _check.scalar("length", length, unit="m", above=0.0)
-    p, d = whole("positions", positions, 2), whole("directions", directions)
+    box = _area(touches)
     array = finger.array.select(finger.array.live)
     noise = noise_of(array)
-    ends = np.stack([box[:, 0] - 0.5 * long, box[:, 1] + 0.5 * long], axis=-1)
+    ends = np.stack([box[:, 0] - 0.5 * length, box[:, 1] + 0.5 * length], axis=-1)
     reach = float(np.hypot(*np.abs(ends[None] - array.points[:, :, None]).max(axis=(0, 2))))
     table = tabulate_radial(Finger(finger.skin, array), reach)
-    y, z = (np.linspace(low, high, p) for low, high in box)
+    y, z = (np.linspace(low, high, positions) for low, high in box)
     at = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1)[:, :, None, None]
-    turn = np.pi * (np.arange(d) + 0.25) / d
+    turn = np.pi * (np.arange(directions) + 0.25) / directions
     t, weight = np.polynomial.legendre.leggauss(_NODES)
-    offset = 0.5 * long * t[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)[:, None]  # (d, nodes, 2)
-    across = 0.5 * long * t[:, None] * np.stack([-np.sin(turn), np.cos(turn)], axis=-1)[:, None]
+    offset = 0.5 * length * t[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)[:, None]  # (d, nodes, 2)
+    across = 0.5 * length * t[:, None] * np.stack([-np.sin(turn), np.cos(turn)], axis=-1)[:, None]
     where = at + offset
     share = 0.5 * weight[:, None, None]
     unit = (share * table(where)).sum(axis=3)  # (p, p, d, n, 3)

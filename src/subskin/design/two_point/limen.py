@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Length, Positive, checked
 from ...array import SensorArray
 from ...contact import Hertz
 from ...errors import InvalidValueError
 from ...estimate import Locator
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from ...response import Response, tabulate
-from .._common import Found, listed, whole
+from .._common import Count, Found, listed
 from ..touches import Touches
 
 __all__ = ["Against", "Angle", "Test", "TwoPointLimen", "two_point_limen"]
@@ -243,19 +244,19 @@ class TwoPointLimen(Found):
         """The median of `separation` [m]."""
         return float(np.median(self.separation))
 
-    def with_noise(self, factor: float) -> TwoPointLimen:
+    @checked
+    def with_noise(self, factor: Positive) -> TwoPointLimen:
         """The same with the noise of all sensors times a `factor` > 0: distances are in proportion to 1 / noise."""
-        ratio = _check.scalar("factor", factor, above=0.0)
-        array = replace(self.finger.array, noise=ratio * np.asarray(self.finger.array.noise))
+        array = replace(self.finger.array, noise=factor * np.asarray(self.finger.array.noise))
         # in units of the noise that the pairs were made with
         distance = self._scale * self.distance.reshape(self.step.size, -1)
-        told = from_which_on(self.step, distance, self._scale * ratio * self.needed, self._pairs.distance)
+        told = from_which_on(self.step, distance, self._scale * factor * self.needed, self._pairs.distance)
         return replace(
             self,
             finger=replace(self.finger, array=array),
-            distance=self.distance / ratio,
+            distance=self.distance / factor,
             separation=told.reshape(self.separation.shape),
-            _scale=self._scale * ratio,
+            _scale=self._scale * factor,
         )
 
     def summary(self) -> str:
@@ -270,6 +271,7 @@ class TwoPointLimen(Found):
         return f"two points against {one}, angle {self.angle}: {text}"
 
 
+@checked
 def two_point_limen(
     finger: Finger,
     touches: Touches,
@@ -279,10 +281,10 @@ def two_point_limen(
     power: float = 0.9,
     false_alarm: float = 0.01,
     test: Test = "fit",
-    positions: int = 17,
+    positions: Count = 17,
     shares: npt.ArrayLike = _SHARES,
-    angles: int = 3,
-    largest: float | None = None,
+    angles: Count = 3,
+    largest: Length | None = None,
 ) -> TwoPointLimen:
     """How far apart two points have to be not to read like one contact.
 
@@ -342,19 +344,13 @@ def two_point_limen(
     two points against one point, angle normal: read as two from 0.736 mm on at worst, 0.248 mm at half of them
     two points against one wide contact, angle normal: read as two from 2.69 mm on at worst, 1.02 mm at half of them
     """
-    finger_needed(finger)
-    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
-    for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
-        _check.choice(name, value, get_args(known))
     share = listed("shares", shares, above=0.0)
     if not (share < 1).all():
         raise InvalidValueError(f"shares = {shares!r}", "shares between 0 and 1 are needed", "shares=[0.5]")
     shallowest = float(np.asarray(finger.array.depth).min())
-    far = _LARGEST * shallowest if largest is None else _check.scalar("largest", largest, unit="m", above=0.0)
-    pairs = Pairs(
-        finger, touches, wide=against == "wide", angle=angle, positions=whole("positions", positions),
-        angles=whole("angles", angles), share=share, largest=far,
-    )  # fmt: skip
+    far = _LARGEST * shallowest if largest is None else largest
+    wide = against == "wide"
+    pairs = Pairs(finger, touches, wide=wide, angle=angle, positions=positions, angles=angles, share=share, largest=far)
     needed = distance_needed(pairs.spare, power, false_alarm, test)
     least = _LEAST[against]
     step = np.geomspace(least * far, far, int(np.ceil(np.log(1 / least) / np.log(_RATIO))) + 1)

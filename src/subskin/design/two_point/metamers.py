@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._declared import Angle, Real, checked
 from ...errors import GeometryError
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from ...response import tabulate
 from .._common import Found
 
@@ -59,12 +61,13 @@ class Metamers(Found):
         return np.asarray((self.direction - low) % turn <= high - low)
 
 
+@checked
 def metamers(
     finger: Finger,
-    position: npt.ArrayLike,
-    force: npt.ArrayLike = 1.0,
+    position: Annotated[npt.ArrayLike, Real("m")],
+    force: Annotated[npt.ArrayLike, Real("N/m", at_least=0.0)] = 1.0,
     *,
-    angle: float = 0.0,
+    angle: Angle = 0.0,
     search: tuple[float, float] | None = None,
 ) -> Metamers:
     """Each single point that two sensors read as they read two points, or several; all at one known angle.
@@ -105,24 +108,18 @@ def metamers(
     >>> (same.position * 1e3).round(6).tolist(), same.force.round(6).tolist()
     ([0.0], [20.833333])
     """
-    finger_needed(finger)
     live = finger.array.live
     if live.sum() != 2:
-        raise GeometryError(
-            f"a finger with {int(live.sum())} live sensors",
-            "metamers are those of two",
-            "Finger(skin, array.select([0, 1]))",
-        )
-    positions = np.atleast_1d(_check.real("position", position, unit="m"))
-    forces = _check.real("force", force, unit="N/m", at_least=0.0)
+        seen = f"a finger with {int(live.sum())} live sensors"
+        raise GeometryError(seen, "metamers are those of two", "Finger(skin, array.select([0, 1]))")
+    positions, forces = np.atleast_1d(position), np.asarray(force)
     _check.broadcast(position=positions, force=forces)
     positions, forces = np.broadcast_arrays(positions, forces)
     if not (forces > 0).any(axis=-1).all():
         raise GeometryError("a touch without force", "one point or more has to press", "force=[10.0, 10.0]")
-    lean = _check.scalar("angle", angle, unit="rad")
-    if not abs(lean) < np.pi / 2:
-        raise GeometryError(f"angle = {lean:.6g}", "has to press, between -pi/2 and pi/2", "angle=0.3")
-    along = np.array([np.cos(lean), np.sin(lean)])
+    if not abs(angle) < np.pi / 2:
+        raise GeometryError(f"angle = {angle:.6g}", "has to press, between -pi/2 and pi/2", "angle=0.3")
+    along = np.array([np.cos(angle), np.sin(angle)])
     table = tabulate(finger, search)
 
     def curve(y: FloatArray) -> FloatArray:

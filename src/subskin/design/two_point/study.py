@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
 from ..._check import FloatArray
+from ..._declared import Real, checked
 from ...array import SensorArray
 from ...errors import InvalidValueError
-from ...finger import Finger, finger_needed
+from ...finger import Finger
 from ...response import tabulate
 from .._common import Found, listed, stretch
 from ..touches import Touches
@@ -56,23 +56,24 @@ class TwoPointStudy(Found):
     worst: FloatArray
     median: FloatArray
 
-    def best(self, slack: float = 0.25) -> FloatArray:
+    @checked
+    def best(self, slack: Annotated[float, Real(at_least=0.0)] = 0.25) -> FloatArray:
         """The best pitch, and the range around it that is nearly as good, in depths, shape (c, k, m, 3).
 
         Best pitch, least and largest of those pitches, without a gap, whose worst separation is larger by a share
         of `slack` at most; NaN where no pitch serves.
         """
-        share = _check.scalar("slack", slack, at_least=0.0)
         worst = np.moveaxis(self.worst, 2, -1)
         out = np.full((*worst.shape[:-1], 3), np.nan)
         for index in np.ndindex(worst.shape[:-1]):
             row = worst[index]
             at = int(np.argmin(row))
             if np.isfinite(row[at]):
-                out[index] = self.pitch[[at, *stretch(row <= (1 + share) * row[at], at)]]
+                out[index] = self.pitch[[at, *stretch(row <= (1 + slack) * row[at], at)]]
         return out
 
 
+@checked
 def two_point_study(
     finger: Finger,
     touches: Touches,
@@ -127,9 +128,6 @@ def two_point_study(
     >>> (study.worst[0, 0, :, 0] * 1e3).round(2).tolist(), study.best()[0, 0, 0].tolist()
     ([0.41, 0.21, 0.4, 0.91], [0.5, 0.5, 0.5])
     """
-    _check.function("progress", progress)
-    finger_needed(finger)
-    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     counts = listed("count", count, at_least=2.0)
     if not (counts == np.round(counts)).all():
         raise InvalidValueError(f"count = {count!r}", "whole numbers are needed", "count=(3, 4, 6)")
