@@ -268,7 +268,7 @@ def test_three_sensors_have_no_first_order_where_they_are_singular():
         ({"tolerances": {"deepness": 1e-4}}, InvalidValueError, "deepness"),
         ({"tolerances": {"depth": -1e-4}}, InvalidValueError, "depth"),
         ({"tolerances": {"depth": 0.0}}, InvalidValueError, "no tolerance"),
-        ({"tolerances": ["depth"]}, InvalidValueError, "a mapping"),
+        ({"tolerances": ["depth"]}, InvalidValueError, "a Mapping"),
         ({"tolerances": {"radius": 1e-4}}, InvalidValueError, "radius of a HalfPlane"),
         ({"tolerances": {"thickness": 1e-4}}, InvalidValueError, "thickness of a HalfPlane"),
         ({"tolerances": {"poisson": 0.6}}, InvalidValueError, "no such finger"),
