@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
 from .. import _check
-from .._declared import Real, Ruled, checked
 from .._shown import html_table, lines
 from ..contact.families import Family, LocalFamily, checked_family, families, local_families
 from ..estimate import Status
-from ..finger import Finger
-from ._common import Count, Seed, locator_for, widest
+from ..finger import Finger, finger_needed
+from ._common import locator_for, widest
 from .outside import Drawn, Outside, Scene, outside_of
 from .touches import Touches
 
@@ -130,15 +129,14 @@ class BlindSpots:
         }  # fmt: skip
 
 
-@checked
 def blind_spots(
     finger: Finger,
     touches: Touches | None = None,
-    family: Annotated[str | Family | LocalFamily | None, Ruled(lambda _, given: checked_family(given) or given)] = None,
+    family: str | Family | LocalFamily | None = None,
     *,
-    snr: Annotated[float, Real(above=0.0, fix="snr=1000")] = 1000.0,
-    count: Count = 1000,
-    rng: Seed = 0,
+    snr: float = 1000.0,
+    count: int = 1000,
+    rng: np.random.Generator | int = 0,
     **options: Any,
 ) -> BlindSpots:
     """How often readings that the model does not describe pass as OK, and wrong: what a finger cannot object to.
@@ -182,9 +180,15 @@ def blind_spots(
     >>> found.spare, found["wide_roller"].wrong > 0.1, many.blind_spots(snr=100, count=300)["wide_roller"].wrong < 0.1
     (1, True, True)
     """
+    finger_needed(finger)
+    count = _check.whole("count", count, at_least=1, at_most=10**8, fix="count=1000")
     used = _usual(finger, snr, options) if touches is None else touches
+    _check.noun("touches", used, Touches, Touches.EXAMPLE)
+    _check.random(rng)
     local = used.area is not None
     usual = "line" if not local else "point" if used.half_width is None else "round_hertz"
+    if family is not None:
+        checked_family(family)
     kind = usual if family is None or (local and family == "line") else family
     given = "" if local and kind == usual else kind
     estimator = locator_for(finger, used, given, **{"friction": used.friction, **options})
@@ -206,6 +210,7 @@ def blind_spots(
 def _usual(finger: Finger, snr: float, options: dict[str, Any]) -> Touches:
     """Touches over the sensors, so hard that the best sensor reads `snr` times its noise straight above."""
     array = finger.array
+    snr = _check.scalar("snr", snr, above=0.0, fix="snr=1000")
     live = array.live
     above = array.points[live]
     fields = np.abs(finger.receptive_field(above if array.on_area else above[:, 0])[..., live, 0])

@@ -172,8 +172,8 @@ def study_at_depth(
     """
     check_where(skin, touches)
     steps = listed("pitches", pitches, "m", above=0.0)
-    kinds: tuple[Channel, ...] = tuple(channels)
-    arrangements: tuple[Any, ...] = tuple(layouts)
+    kinds: Any = channels  # made tuples of them by their declarations
+    arrangements: Any = layouts
     _check_row(kinds, arrangements, touches)
     asked = AskedTouches.of(touches, grid, samples, rng, ambiguity)
     wide, row = max(kind.width for kind in kinds), touches.area is None

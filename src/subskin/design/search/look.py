@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -199,7 +199,7 @@ def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     goals, amounts = grid.goals, _amounts(grid, design)
     if not amounts or design.outcome is not None or not _locates(design):
         return design
-    method = "blind" if goals.accuracy.calibrated == "blind" else "known"
+    method: Literal["known", "blind"] = "blind" if goals.accuracy.calibrated == "blind" else "known"
     search, seed = design.quality.search, goals.effort.seed
     outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
     return _checked(grid, replace(design, outcome=outcome))
