@@ -5,23 +5,40 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeAlias, Unpack
+from typing import Any, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _bounds
-from ._bounds import NumberLimits
 from .errors import GeometryError, InvalidValueError, UnknownOptionError, ValidityWarning, printable
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+
+LARGEST, SMALLEST = 1e75, 1e-75
+"""Magnitudes between which a number lies, or above 0: its fourth power, and one over that, are floats still."""
 
 _PASSED = {__name__.partition(".")[0], "numpy", *sys.stdlib_module_names}
 _STICKIEST = 10.0  # coefficient of friction beyond any rubber's
 _SHOWN = 80  # letters of a value in a message
 _NO_NUMBERS = "bSUMmc"
 """Kinds of arrays that NumPy would take for numbers: truths, text, dates, complex ones without their imaginary part."""
+
+
+class NumberBounds(TypedDict, total=False):
+    """What bounds a number, whether it has to be finite (it has), and what an error proposes."""
+
+    above: float | None
+    at_least: float | None
+    at_most: float | None
+    finite: bool
+    fix: str
+
+
+class NumberLimits(NumberBounds, total=False):
+    """The same, and its SI unit."""
+
+    unit: str
 
 
 def real(name: str, value: npt.ArrayLike, **limits: Unpack[NumberLimits]) -> FloatArray:
@@ -32,13 +49,48 @@ def real(name: str, value: npt.ArrayLike, **limits: Unpack[NumberLimits]) -> Flo
     plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
     array = np.array(value) if plain else _floats(name, value, limits.get("unit", ""), limits.get("fix", ""))
     above, at_least, at_most = limits.get("above"), limits.get("at_least"), limits.get("at_most")
-    low = -_bounds.LARGEST if at_least is None else at_least
-    low = low if above is None else max(low, above or _bounds.SMALLEST)
+    low = -LARGEST if at_least is None else at_least
+    low = low if above is None else max(low, above or SMALLEST)
     usual = array.size and low < np.minimum.reduce(array, axis=None)
-    if not (usual and np.maximum.reduce(array, axis=None) <= (_bounds.LARGEST if at_most is None else at_most)):
-        _bounds.keep(name, array, limits)
+    if not (usual and np.maximum.reduce(array, axis=None) <= (LARGEST if at_most is None else at_most)):
+        _keep(name, array, limits)
     array.flags.writeable = False
     return array
+
+
+def _keep(name: str, array: FloatArray, limits: NumberLimits) -> None:
+    """Refuse the first number that is out of bounds; one that is not finite passes where it need not be."""
+    if not array.size:
+        return
+    above, at_least, at_most = limits.get("above"), limits.get("at_least"), limits.get("at_most")
+    least, most = np.minimum.reduce(array, axis=None), np.maximum.reduce(array, axis=None)  # NaN where one is NaN
+
+    def refuse(good: npt.NDArray[np.bool_], bound: str) -> None:
+        if not np.all(good):
+            rule = f"has to be {bound}" + (f" [{unit}]" if (unit := limits.get("unit")) else "")
+            raise InvalidValueError(_seen(name, array, ~np.asarray(good)), rule, limits.get("fix", ""))
+
+    if not -LARGEST <= least <= most <= LARGEST:
+        known = np.isfinite(array)
+        if limits.get("finite", True):
+            refuse(known, "finite")
+        refuse(~known | (np.abs(array) <= LARGEST), f"at most {LARGEST:g} in magnitude")
+    if above is not None and not least > above:
+        refuse(array > above, f"> {above:g}")
+    if above == 0.0 and at_most is None and not least >= SMALLEST:  # a share, or a chance, may be as small as it likes
+        refuse(array >= SMALLEST, f"at least {SMALLEST:g}")
+    if at_least is not None and not least >= at_least:
+        refuse(array >= at_least, f">= {at_least:g}")
+    if at_most is not None and not most <= at_most:
+        refuse(array <= at_most, f"<= {at_most:g}")
+
+
+def _seen(name: str, array: FloatArray, bad: npt.NDArray[np.bool_]) -> str:
+    """`name = value`, with the index of the first offender where the value is an array."""
+    if array.ndim == 0:
+        return f"{name} = {float(array):.6g}"
+    where = tuple(int(i) for i in np.argwhere(bad)[0])
+    return f"{name}[{', '.join(map(str, where))}] = {array[where]:.6g}"
 
 
 def _floats(name: str, value: Any, unit: str, fix: str) -> FloatArray:
@@ -52,14 +104,8 @@ def _floats(name: str, value: Any, unit: str, fix: str) -> FloatArray:
     except OverflowError:
         raise InvalidValueError(f"{name} = {shown(value)}", "it is beyond the largest float", fix) from None
     except (TypeError, ValueError):
-        raise InvalidValueError(
-            f"{name} = {shown(value)}", "a real number or an array of them is needed", fix
-        ) from None
-
-
-def each(values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]) -> dict[str, FloatArray]:
-    """Several values by their names, each as by `real` within its limits."""
-    return {name: real(name, value, **limits.get(name, {})) for name, value in values.items()}
+        rule = "a real number or an array of them is needed"
+        raise InvalidValueError(f"{name} = {shown(value)}", rule, fix) from None
 
 
 def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
@@ -219,17 +265,7 @@ def shown(value: object) -> str:
 
 
 def doubt(name: str, value: float, unit: str, meant: float, meant_unit: str) -> None:
-    """Warn of a value so far from any finger's that another unit was probably meant.
-
-    Parameters
-    ----------
-    name, value, unit
-        What was given.
-    meant : float
-        One `meant_unit` in `unit`.
-    meant_unit : str
-        The unit that was probably meant.
-    """
+    """Warn of a value so far from any finger's that another unit was probably meant, which is `meant` in `unit`."""
     said = f"{name} = {value:.6g} {unit}: if {value:.6g} {meant_unit} was meant, write {value * meant:.6g}."
     warn(f"{said} Values are in {unit}")
 
@@ -257,7 +293,7 @@ def friction(value: npt.ArrayLike) -> float:
     """A coefficient of friction, which may be infinite; one too small to be squared is none."""
     found = scalar("friction", value, at_least=0.0, finite=False, fix="friction=1.0")
     no_degrees("friction", found)
-    return found if found >= _bounds.SMALLEST else 0.0
+    return found if found >= SMALLEST else 0.0
 
 
 def no_degrees(name: str, value: npt.ArrayLike) -> None:
@@ -267,11 +303,6 @@ def no_degrees(name: str, value: npt.ArrayLike) -> None:
     if large.size:
         meant = f"of an angle of friction in degrees it is np.tan(np.deg2rad({large.flat[0]:.6g}))"
         warn(f"{name} = {large.flat[0]:.6g} is a coefficient, and rubber has 0.3 to 3: {meant}")
-
-
-def scalars(limits: Mapping[str, Mapping[str, Any]], **values: npt.ArrayLike) -> list[float]:
-    """Several single numbers, each as by `scalar` within its limits."""
-    return [scalar(name, value, **limits[name]) for name, value in values.items()]
 
 
 def read_only(values: npt.ArrayLike) -> FloatArray:
@@ -303,14 +334,6 @@ def for_each(name: str, array: FloatArray, count: int, what: str) -> FloatArray:
         rule = f"one number is needed, or one for each {what}, of which there are {count}"
         raise GeometryError(f"{name} of shape {array.shape}", rule, f"shape ({count},)")
     return np.broadcast_to(array, (count,))
-
-
-def batch(
-    values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]
-) -> tuple[dict[str, FloatArray], tuple[int, ...]]:
-    """Parameters of a batch, as by `each`, and their common shape."""
-    arrays = each(values, limits)
-    return arrays, broadcast(**arrays)
 
 
 def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:

@@ -14,9 +14,8 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeAlias, TypeVar, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _bounds, _check
-from ._bounds import NumberBounds, NumberLimits
-from ._check import FloatArray
+from . import _check
+from ._check import LARGEST, SMALLEST, FloatArray, NumberBounds, NumberLimits
 from ._frozen import Frozen
 
 __all__ = [
@@ -54,10 +53,10 @@ class Real:
     def __init__(self, unit: str = "", **limits: Unpack[NumberBounds]) -> None:
         self._limits: NumberLimits = {**limits, "unit": unit}
         above, at_least, at_most = limits.get("above"), limits.get("at_least"), limits.get("at_most")
-        lows = [-_bounds.LARGEST] if at_least is None else [-_bounds.LARGEST, at_least]
+        lows = [-LARGEST] if at_least is None else [-LARGEST, at_least]
         if above is not None:
-            lows.append(_bounds.SMALLEST if above == 0.0 else math.nextafter(above, math.inf))
-        self._low, self._high = max(lows), _bounds.LARGEST if at_most is None else at_most
+            lows.append(SMALLEST if above == 0.0 else math.nextafter(above, math.inf))
+        self._low, self._high = max(lows), LARGEST if at_most is None else at_most
 
     def one(self, name: str, value: Any) -> float:
         """A single number, as a float."""
@@ -67,6 +66,11 @@ class Real:
 
     def several(self, name: str, value: Any) -> FloatArray:
         """Numbers as an array of any shape."""
+        if type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64 and value.size):
+            array = np.array(value)
+            if np.minimum.reduce(array, axis=None) >= self._low and np.maximum.reduce(array, axis=None) <= self._high:
+                array.flags.writeable = False
+                return array  # the usual case, with one look at each end
         return _check.real(name, value, **self._limits)
 
     def pair(self, name: str, value: Any) -> tuple[float, float]:
@@ -184,17 +188,15 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def ruled(*args: P.args, **named: P.kwargs) -> R:
-        rules = declared()
-        first = [_kept(rules, name, value) for name, value in zip(in_order, args, strict=False)]
-        rest = {name: _kept(rules, name, value) for name, value in named.items()}
-        return function(*first, *args[len(first) :], **rest)  # type: ignore[arg-type]
+        rules, first, rest = declared(), list(args), dict(named)
+        for i, name in enumerate(in_order[: len(args)]):
+            if name in rules:
+                first[i] = rules[name](name, args[i])
+        for name in rules.keys() & rest.keys():
+            rest[name] = rules[name](name, rest[name])
+        return function(*first, **rest)  # type: ignore[arg-type]
 
     return ruled
-
-
-def _kept(rules: Mapping[str, Rule], name: str, value: Any) -> Any:
-    rule = rules.get(name)
-    return value if rule is None else rule(name, value)
 
 
 @cache
@@ -266,7 +268,7 @@ def _of_things(hint: Any, more: tuple[Any, ...], union: tuple[Any, ...]) -> Rule
     ):
         return None
     said = fix or getattr(kinds[0], "EXAMPLE", "")
-    return lambda name, value: _check.noun(name, value, kinds, said)
+    return lambda name, value: value if isinstance(value, kinds) else _check.noun(name, value, kinds, said)
 
 
 def _of_several(args: tuple[Any, ...], fix: str) -> Rule | None:

@@ -11,11 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _check
-from ._cell import DEGREE, NODES, TO_POWERS, cells_of, polynomial, within
+from ._cell import DEGREE, NODES, TO_POWERS, cells_of, ends_of, from_crest_to_crest, polynomial, within
 from ._cell import mean as mean_of
 from ._check import FloatArray
 from ._declared import Extent, Length, Noun, Real, Ruled, checked
-from ._search import ends_of, from_crest_to_crest
 from .contact import LineLoad, SpreadContact
 from .contact.families import Family
 from .errors import ConvergenceError, GeometryError, InvalidValueError

@@ -16,8 +16,6 @@ ROOT = Path(subskin.__file__).parent
 ORDER = (
     "_lazy",
     "errors",
-    "_path",
-    "_bounds",
     "_check",
     "_presets",
     "_shown",
@@ -41,7 +39,6 @@ ORDER = (
     "measured",
     "finger",
     "prepared",
-    "_search",
     "_cell",
     "response",
     "_radial_kernel",

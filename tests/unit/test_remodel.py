@@ -5,7 +5,7 @@ import pytest
 
 import subskin as ss
 from subskin.io import parse_finger
-from subskin.io.remodel import remodelled
+from subskin.io.changed import remodelled
 
 SKIN = '[skin]\nyoung = "0.2 MPa"\n[sensors]\ncount = 3\npitch = "6 mm"\ndepth = "5 mm"\n'
 PA = '[recording]\nsensors = ["a", "b", "c"]\nunit = "Pa"\n'

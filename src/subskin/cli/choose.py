@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from ..errors import InvalidValueError
-from ..io.remodel import remodelled
+from ..io.changed import remodelled
 from ..transducer import kind_of
 from .common import number, progress_bar, show
 

@@ -11,7 +11,7 @@ from .. import io
 from .._lazy import np
 from ..errors import FileError, InvalidValueError
 from ..io.files import apart
-from ..io.response_file import response_path
+from ..io.kept_arrays import response_path
 from .common import give, inputs_of, number, show
 from .frames import forces_said
 

@@ -47,8 +47,6 @@ _MOST_SCANNED = 1_000_000
 _LIMITS: dict[str, dict[str, Any]] = {
     "half_width": {"unit": "m", "at_least": 0.0},
     "normal_force": {"unit": "N/m", "at_least": 0.0, "finite": False},
-    "ambiguity": {"at_least": 0.0},
-    "false_alarm": {"above": 0.0, "at_most": 0.5},
 }
 _WHOLE = 32
 """Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
@@ -125,7 +123,7 @@ class Locator(Framewise):
         wide = response.widest > 0
         usual = {"half_width": (0.0, response.widest), "normal_force": (0.0, np.inf)}
         given = {"half_width": half_width, "normal_force": normal_force}
-        ends, forces = _check.each({k: usual[k] if v is None else v for k, v in given.items()}, _LIMITS).values()
+        ends, forces = (_check.real(k, usual[k] if v is None else v, **_LIMITS[k]) for k, v in given.items())
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
             rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
             raise InvalidValueError(f"half_width = {half_width!r}", rule, f"half_width=(0.0, {response.widest:.6g})")
@@ -142,7 +140,8 @@ class Locator(Framewise):
         self.friction = _check.friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
         self.layout = WIDE if wide else LINE
-        self._ambiguity, self._false_alarm = _check.scalars(_LIMITS, ambiguity=ambiguity, false_alarm=false_alarm)
+        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
+        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         layout = self.layout
         super().__init__(
             array, needed=self.unknowns, columns=layout.columns, status=layout.status, layout=layout,

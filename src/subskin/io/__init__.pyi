@@ -1,9 +1,9 @@
 from ._recorded import LiveFormat
 from .body_file import read_body
+from .changed import fit_held, with_relaxation
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
-from .relaxed import fit_held, with_relaxation
-from .search_store import FolderStore
+from .kept_arrays import FolderStore
 from .tables import Table, TableReader, TableWriter, read_table, reading, write_table, writing
 from .touch_store import TouchesCost, cost_of_touches, save_touches, shards_done
 from .touches_file import TouchesFile, load_touches, parse_touches

@@ -17,9 +17,8 @@ from ..finger import DEEPEST, SOFTEST, Finger
 from ..spread import Spread
 from ..stream.presses import Column, RecordingFormat
 from ..stream.relaxation import Relaxation
+from ._parts import SensorsTable, SkinTable, in_readings, reading_unit, unit_of_readings
 from ._recorded import LiveFormat, check_held
-from ._sensors import SensorsTable, in_readings, reading_unit, unit_of_readings
-from ._skin import SkinTable
 from ._tables import (
     LONGEST,
     Above0,
@@ -39,7 +38,7 @@ from ._tables import (
     doubt_sizes,
     one,
 )
-from ._toml_errors import Misplaced, key_of, under
+from .toml_errors import Misplaced, key_of, under
 from .units import line_load, line_load_scale, quantity, si_unit, unit_scale
 
 __all__ = ["FingerDocument"]

@@ -11,8 +11,7 @@ from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..skin import KINDS, Skin
-from ._sensors import IN_READINGS, in_readings
-from ._skin import is_written, numbers
+from ._parts import IN_READINGS, in_readings, is_written, numbers
 from .units import format_quantity, rounded
 
 __all__ = ["edited", "model_facts", "per_sensor", "with_table"]

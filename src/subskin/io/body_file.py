@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._path import path_of
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..pressing import HeightMap
 from ._csv import number_of
+from .files import path_of
 
 __all__ = ["read_body"]
 

@@ -14,20 +14,28 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
-from .._path import path_of
-from ..errors import FileError
+from ..errors import FileError, InvalidValueError
 
 __all__ = [
     "apart",
     "check_target",
     "making",
     "opened",
+    "path_of",
     "read_bytes",
     "replacing",
     "size_of",
     "to_standard_output",
     "write_bytes",
 ]
+
+
+def path_of(value: object) -> Path:
+    """The path that is given: a text or a `Path`, not an open file, nor a number, which Python takes for one."""
+    if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):
+        seen, rule = f"a {type(value).__name__} for a path", "a text or a pathlib.Path is needed"
+        raise InvalidValueError(seen, rule, '"finger.toml"')
+    return Path(value)
 
 
 @contextlib.contextmanager
@@ -39,7 +47,7 @@ def opened(path: str | Path) -> Iterator[io.BufferedReader]:
     FileError
         No such file, no permission, a folder; it ends with an error while it is read.
     """
-    at = Path(path) if isinstance(path, str | Path) else path_of(path)
+    at = path_of(path)
     name = "standard input" if str(path) == "-" else str(path)
     with contextlib.ExitStack() as stack:
         try:
@@ -89,7 +97,7 @@ def check_target(path: str | Path) -> None:
     FileError
         The path is a folder, or its folder does not exist.
     """
-    target = Path(path) if isinstance(path, str | Path) else path_of(path)
+    target = path_of(path)
     try:
         if target.is_dir():
             raise FileError(str(path), "it is a folder", "name a file")
@@ -149,7 +157,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         with _spooled() as part:
             yield part
         return
-    target = Path(path) if isinstance(path, str | Path) else path_of(path)
+    target = path_of(path)
     if target.is_symlink():
         target = _behind(target)
     check_target(target)

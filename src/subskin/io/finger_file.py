@@ -19,9 +19,9 @@ from ..finger import Finger, finger_needed
 from ..loads import force_unit
 from ..measured import MeasuredResponse
 from ._recorded import Given, LiveFormat, Recorded, table_of
-from ._toml_errors import read_document, read_text
 from .files import write_bytes
-from .response_file import checksum, read_response, write_both
+from .kept_arrays import checksum, read_response, write_both
+from .toml_errors import read_document, read_text
 
 if TYPE_CHECKING:
     from ..decide import TypeDecision

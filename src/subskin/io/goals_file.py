@@ -18,10 +18,9 @@ from ..design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinCh
 from ..design.tolerance import SOURCES
 from ..errors import InvalidValueError
 from ..finger import LARGEST, SOFTEST
-from ._sensors import said_of, transducer_said
-from ._skin import SkinTable, build_skin
+from ._parts import SkinTable, build_skin, said_of, transducer_said
 from ._tables import LONGEST, RIDGE, Angle, Doubt, Given, Length, Lengths, Name, Number, StrictTable, doubt_sizes, one
-from ._toml_errors import Misplaced, read_document, read_text, under
+from .toml_errors import Misplaced, read_document, read_text, under
 from .units import format_quantity, line_load, quantity, rounded
 
 __all__ = ["GoalsFile", "finger_text", "load_goals", "parse_goals"]

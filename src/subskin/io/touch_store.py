@@ -17,11 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import __version__, _check
-from .._path import path_of
 from .._tasks import Executor, run_tasks
 from ..errors import FileError, WorkersError
 from ..synthetic import FAULTS, RandomTouches, TouchShard
-from .files import check_target, umask
+from .files import check_target, path_of, umask
 from .touches_file import CHUNK, TouchesFile
 
 __all__ = ["TouchesCost", "cost_of_touches", "save_touches", "shards_done"]

@@ -12,8 +12,8 @@ from pydantic import Field, StrictInt, StrictStr
 from ..errors import InvalidValueError
 from ..synthetic import ContactShare, RandomTouches
 from ._tables import Given, Name, Number, StrictTable
-from ._toml_errors import read_document, read_text, under
 from .finger_file import FingerFile, load
+from .toml_errors import read_document, read_text, under
 from .units import line_load, quantity
 
 __all__ = ["CHUNK", "TouchesFile", "load_touches", "parse_touches"]

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..io.finger_file import FingerFile
-from ..io.lines_of import wrong_in
+from ..io.toml_errors import wrong_in
 from .drivers import Driver, from_table
 from .options import written
 from .ports import FilePort, Log, Port, opened

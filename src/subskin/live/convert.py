@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .._path import path_of
 from ..errors import FileError, UnknownOptionError
-from ..io.files import apart, check_target, replacing
+from ..io.files import apart, check_target, path_of, replacing
 from ..io.tables import TableWriter
 from .recording.files import write_parquet
 from .recording.layout import columns_of

@@ -8,9 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from .._path import path_of
 from ..errors import FileError, InvalidValueError, SubskinError
-from ..io.files import check_target
+from ..io.files import check_target, path_of
 from ..io.finger_file import FingerFile
 from .batch import Batch
 from .convert import check_kind, convert

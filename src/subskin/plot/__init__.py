@@ -13,8 +13,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from .._path import path_of
 from ..errors import InvalidValueError
+from ..io.files import path_of
 from .above import finger_above
 from .blind import blind_figure
 from .compliance import compliance_figure, figure_17

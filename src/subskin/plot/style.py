@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import AutoLocator, FixedLocator
 
-from .._path import path_of
 from ..errors import FileError, InvalidValueError
+from ..io.files import path_of
 
 __all__ = [
     "BLACK",

@@ -12,8 +12,6 @@ from ..errors import GeometryError, InvalidValueError, SingularPointWarning
 
 __all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "not_local", "points", "wave_points"]
 
-_METRES = {"x": {"unit": "m"}, "y": {"unit": "m"}}
-
 
 def points(
     x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf, z: npt.ArrayLike | None = None
@@ -25,8 +23,8 @@ def points(
     GeometryError
         A point above the surface or beneath the skin, or shapes that do not broadcast.
     """
-    values, shape = _check.batch({"x": x, "y": y}, _METRES)
-    xs, ys = values.values()
+    xs, ys = _check.real("x", x, unit="m"), _check.real("y", y, unit="m")
+    shape = _check.broadcast(x=xs, y=ys)
     if (xs < 0).any():
         raise GeometryError(f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x")
     if (xs > thickness * (1 + 1e-12)).any():

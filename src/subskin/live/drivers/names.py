@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import FileError, InvalidValueError, SubskinError
-from ...io.lines_of import read_text, wrong_in
+from ...io.toml_errors import read_text, wrong_in
 from ..options import made, named_among
 from .base import Driver
 

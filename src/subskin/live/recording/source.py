@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..._frozen import Frozen
-from ..._path import path_of
 from ...errors import FileError
-from ...io.files import apart, check_target, replacing
+from ...io.files import apart, check_target, path_of, replacing
 from ...io.files import opened as opened_file
 from ..frames import DeviceFrames
 from .files import ENDING, ParquetRecording, StreamReader, write_parquet

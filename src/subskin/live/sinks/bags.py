@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..._check import FloatArray
-from ..._path import path_of
 from ...errors import FileError
-from ...io.files import replacing
+from ...io.files import path_of, replacing
 from ...io.finger_file import FingerFile, parse_finger
 from ..batch import Batch
 from ..recording.files import write_parquet

@@ -1,21 +1,24 @@
-"""The response of a finger in place, in a file of its own beside the `finger.toml`."""
+"""Arrays in files of their own: the response of a finger in place, and finished rows of a search."""
 
 from __future__ import annotations
 
 import hashlib
 import io
 import zipfile
+import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .._path import path_of
+from .. import _check
+from .._check import FloatArray
 from ..errors import FileError, SubskinError
 from ..measured import MeasuredResponse
-from .files import read_bytes, replacing
+from .files import path_of, read_bytes, replacing, write_bytes
 
-__all__ = ["checksum", "read_response", "response_path", "write_both"]
+__all__ = ["FolderStore", "checksum", "read_response", "response_path", "write_both"]
 
 _NAMES = ("y", "z", "values", "variance", "offset", "noise", "correlation", "load", "common")
 _LARGEST = 1 << 31
@@ -92,3 +95,55 @@ def write_both(path: str | Path, text: str, of: MeasuredResponse) -> None:
             arrays: dict[str, Any] = {name: np.asarray(getattr(of, name)) for name in _NAMES}
             np.savez(file, **arrays)
         finger.write_bytes(text.encode("utf-8"))
+
+
+class FolderStore:
+    """A folder with one file for each row; made where it is missing.
+
+    Parameters
+    ----------
+    folder : path-like
+        Where the rows are.
+
+    Raises
+    ------
+    FileError
+        A folder that cannot be made.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     store = FolderStore(folder)
+    ...     store.put("first", {"unsure": np.array([0.25])})
+    ...     store.get("first")["unsure"].tolist(), store.get("second")
+    ([0.25], None)
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = path_of(folder)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except (OSError, ValueError) as error:  # the latter of a name with a NUL
+            why = getattr(error, "strerror", None) or error
+            raise FileError(str(folder), f"it cannot be made ({why})", "name another folder with -o") from None
+
+    def get(self, key: str) -> Mapping[str, FloatArray] | None:
+        """The row called `key`, or None; a file that was damaged counts as none."""
+        try:
+            data = io.BytesIO((self.folder / f"{key}.npz").read_bytes())
+        except (OSError, ValueError):
+            return None
+        try:
+            with np.load(data, allow_pickle=False) as file:
+                return {name: file[name] for name in file.files}
+        except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error):  # cut off
+            return None
+
+    def put(self, key: str, row: Mapping[str, FloatArray]) -> None:
+        """Keep `row` by the name `key`, whole or not at all."""
+        _check.noun("row", row, Mapping, 'row={"unsure": np.array([0.25])}')
+        file = io.BytesIO()
+        arrays: dict[str, Any] = dict(row)
+        np.savez_compressed(file, **arrays)
+        write_bytes(self.folder / f"{key}.npz", file.getvalue())
