@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from subskin.studio.guard import Keys
 from subskin.studio.opening import bound, served
+from subskin.studio.server import Keys
 from subskin.studio.studio import Studio
 
 ROW = """\

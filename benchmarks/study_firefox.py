@@ -21,8 +21,8 @@ from pathlib import Path
 import uvicorn
 
 from firefox import Firefox
-from subskin.studio.guard import Keys
 from subskin.studio.opening import bound, served
+from subskin.studio.server import Keys
 from subskin.studio.studio import Studio
 
 DEVICE = "robot?seed=3"

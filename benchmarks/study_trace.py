@@ -67,8 +67,7 @@ def traced(run: Any, root: str) -> tuple[Counter[str], Counter[str], int]:
 
 def drag() -> tuple[Any, Any]:
     """What a move of the hand runs, and what ends the studio."""
-    from subskin.studio.client import answered
-    from subskin.studio.protocol import framed, request_of
+    from subskin.studio.client import answered, framed, request_of
     from subskin.studio.studio import Studio
     from subskin.studio.views.finger import EXAMPLE
 

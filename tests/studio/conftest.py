@@ -15,8 +15,8 @@ import pytest
 import uvicorn
 from websockets.sync.client import ClientConnection, connect
 
-from subskin.studio.guard import Keys
 from subskin.studio.opening import bound, served
+from subskin.studio.server import Keys
 from subskin.studio.studio import Studio
 
 DEVICE = "robot?seed=3"

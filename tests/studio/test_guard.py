@@ -11,8 +11,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from subskin.errors import InvalidValueError
-from subskin.studio.guard import Keys, kept_secret
 from subskin.studio.opening import bound
+from subskin.studio.server import Keys, kept_secret
 
 
 def cookie(running, value=None):

@@ -25,7 +25,7 @@ from subskin.io.goals_file import parse_goals
 from subskin.live import Bench
 from subskin.live.ports import Robot
 from subskin.memo import ERRATA
-from subskin.studio.protocol import framed
+from subskin.studio.client import framed
 from subskin.studio.views.answer import FingerAnswers
 from subskin.studio.views.calibrate import CalibrateView
 from subskin.studio.views.design import DesignView

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-import subskin.cli.choose as cli_choose
+import subskin.cli.calibrate_more as cli_choose
 from subskin.calibration import Health, choose
 from subskin.calibration.correlated import Correlated, Residuals, correlated, scatter
 from subskin.calibration.misfit import misfit_of

@@ -21,8 +21,8 @@ from ..stream.pipeline import Pipeline
 from ..stream.relaxation import Undoing
 from ..stream.stage import Stage, join
 from ..stream.tare import Tared
-from .common import Rows, check_figure, number, progress_bar, said_of, show
-from .frames import warn_of_raw
+from .common import number, progress_bar, said_of, show, warn_of_raw
+from .options import Rows
 
 __all__ = [
     "Answers", "Kept", "against", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_names",
@@ -84,7 +84,6 @@ def answers_of(
     FileError, InvalidValueError
         Whatever is wrong with the options, the finger or the table.
     """
-    check_figure(options.figure)
     file = load(options.finger)
     with reading(options.readings) as table, progress_bar("frames", table.total) as advance:
         warn_of_raw(options, file, table)

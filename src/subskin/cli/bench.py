@@ -16,7 +16,8 @@ from .. import io
 from .._lazy import np
 from ..errors import InvalidValueError
 from ..io.files import check_target
-from .common import describe, listed, said_of
+from .common import said_of
+from .options import command, listed, option
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -42,31 +43,27 @@ _WORDS = ("again", "skip", "end")
 _BARS = " ▁▂▃▄▅▆▇█"
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("finger", help="finger.toml as drawn")
-    parser.add_argument("--port", metavar="WHERE", help="as of subskin live; robot simulates a finger and a stage")
-    parser.add_argument("--driver", metavar="NAME", help="what the device sends (that of [live])")
-    parser.add_argument(
-        "--positions",
-        metavar="LIST",
-        help="where touches can be made: first:last:step, or a list (a depth beyond the sensors, by a fourth of it)",
-    )
-    parser.add_argument("--force", metavar="FORCE", help="load of each touch, N/m or N; without it all are alike")
-    parser.add_argument("--fit", metavar="LIST", default="gain,depth,origin", help="what to fit (gain,depth,origin)")
-    parser.add_argument("--accuracy", metavar="M", default="0.2 mm", help="wanted error of positions (0.2 mm)")
-    parser.add_argument("--rest", metavar="S", default="2 s", help="time at rest, for the noise (2 s)")
-    parser.add_argument("--hold", metavar="S", default="0.5 s", help="time that a touch is held (0.5 s)")
-    parser.add_argument("--most", metavar="N", type=int, default=60, help="touches after which it ends (60)")
-    parser.add_argument(
-        "--accept-misfit", action="store_true", help="write the finger even where its model cannot explain the touches"
-    )
-    parser.add_argument("-o", "--out", metavar="FILE", required=True, help="the calibrated finger.toml")
-    parser.add_argument("--json", action="store_true", help="a line of JSON for each message")
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("finger", "finger.toml as drawn"),
+    option("--port WHERE", "as of subskin live; robot simulates a finger and a stage"),
+    option("--driver NAME", "what the device sends (that of [live])"),
+    option(
+        "--positions LIST",
+        "where touches can be made: first:last:step, or a list (a depth beyond the sensors, by a fourth of it)",
+    ),
+    option("--force FORCE", "load of each touch, N/m or N; without it all are alike"),
+    option("--fit LIST", "what to fit (gain,depth,origin)", "gain,depth,origin"),
+    option("--accuracy M", "wanted error of positions (0.2 mm)", "0.2 mm"),
+    option("--rest S", "time at rest, for the noise (2 s)", "2 s"),
+    option("--hold S", "time that a touch is held (0.5 s)", "0.5 s"),
+    option("--most N", "touches after which it ends (60)", 60),
+    option("--accept-misfit", "write the finger even where its model cannot explain the touches"),
+    option("-o --out FILE", "the calibrated finger.toml", required=True),
+    option("--json", "a line of JSON for each message"),
+    notes=_NOTES,
+)
+def run_bench(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..live.bare import BareChain
     from ..live.bench import Bench

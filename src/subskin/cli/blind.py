@@ -12,12 +12,13 @@ from .._lazy import np
 from ..errors import FileError, InvalidValueError
 from ..io.files import check_target, write_bytes
 from ..io.units import quantity
-from .common import add_figure, check_figure, chosen_rows, give, known_to, listed, number, show
+from .common import give, known_to, number, show
+from .options import chosen_rows, figure, group, listed, option
 
 if TYPE_CHECKING:
     from ..calibration import BlindCalibration, BlindParameter, Calibration, Parameter
 
-__all__ = ["add_blind", "learnt", "named", "refuse_blind_options", "run_blind", "sensors_of", "show_health"]
+__all__ = ["BLIND", "learnt", "named", "refuse_blind_options", "run_blind", "sensors_of", "show_health"]
 
 _ERRORS = {
     "gain": "of each gain (5 %%)",
@@ -33,15 +34,14 @@ _SAID = {"LEARNT": "learnt", "PARTLY": "partly", "AS_DRAWN": "as drawn"}
 _LABELLED = ("position_column", "force_column", "angle_column", "azimuth_column")
 
 
-def add_blind(parser: argparse.ArgumentParser) -> None:
-    """--blind and what goes with it."""
-    group = parser.add_argument_group("without knowing the touches")
-    group.add_argument("--blind", action="store_true", help="calibrate from the readings alone")
-    for name, text in _ERRORS.items():
-        group.add_argument(f"--{name}-error", metavar="X", help=f"standard deviation {text}")
-    width = "half width of every touch, a Hertz contact (0: a line, on an area a point)"
-    group.add_argument("--half-width", metavar="X", help=width)
-    add_figure(group, "draw what was learnt")
+BLIND = group(
+    "without knowing the touches",
+    "",
+    option("--blind", "calibrate from the readings alone"),
+    *(option(f"--{name}-error X", f"standard deviation {text}") for name, text in _ERRORS.items()),
+    option("--half-width X", "half width of every touch, a Hertz contact (0: a line, on an area a point)"),
+    figure("draw what was learnt"),
+)
 
 
 def refuse_blind_options(options: argparse.Namespace) -> None:
@@ -69,7 +69,6 @@ def run_blind(options: argparse.Namespace) -> int:
         if getattr(options, name) != usual:
             rule = "it goes with touches at known positions"
             raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it or --blind out")
-    check_figure(options.figure)
     if options.out not in (None, "-"):
         check_target(options.out)
     file, table = io.load(options.finger), io.read_table(options.touches)

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._lazy import np
 from ..errors import ConvergenceError, InvalidValueError
-from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
-from .choose import add_choose, choice_as_json, chosen, show_choice
-from .common import add_json, add_rows, chosen_rows, describe, give, known_to, listed, number, show
-from .frames import AREA_COLUMNS, forces_said, warn_of_depths
-from .response_table import add_response, run_table, save_apart
+from .blind import BLIND, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
+from .calibrate_more import CHOOSE, RESPONSE, choice_as_json, chosen, run_table, save_apart, show_choice
+from .common import AREA_COLUMNS, forces_said, give, known_to, number, show, warn_of_depths
+from .options import JSON, chosen_rows, command, listed, option, rows
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -58,44 +57,27 @@ _USUAL = "gain,offset,depth,origin"
 _REFUSED = "check the kind of sensor, the skin, the positions and the loads (--force-column); or --accept-misfit"
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("finger", help="finger.toml as drawn, or as calibrated before")
-    parser.add_argument("touches", help="table of touches, CSV or Parquet; - for standard input")
-    parser.add_argument(
-        "--fit",
-        metavar="LIST",
-        help="what to fit (gain,offset,depth,origin, on an area also turn; gain,depth,position with --blind)",
-    )
-    parser.add_argument(
-        "--position-column",
-        metavar="NAME",
-        help="column of positions [m] (position); on an area two (position_y,position_z)",
-    )
-    parser.add_argument(
-        "--force-column", metavar="NAME", help="column of loads [N/m], on an area [N]; without it all loads are alike"
-    )
-    parser.add_argument(
-        "--angle-column", metavar="NAME", help="column of the loads' angles [rad]; without it they are 0"
-    )
-    parser.add_argument(
-        "--azimuth-column",
-        metavar="NAME",
-        help="on an area, column of where loads lean, from +y towards +z [rad]; or 0",
-    )
-    add_rows(parser, "fit to")
-    parser.add_argument(
-        "--accept-misfit", action="store_true", help="write the finger even where its model cannot explain the touches"
-    )
-    add_choose(parser)
-    add_response(parser)
-    add_blind(parser)
-    parser.add_argument("-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output")
-    add_json(parser)
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("finger", "finger.toml as drawn, or as calibrated before"),
+    option("touches", "table of touches, CSV or Parquet; - for standard input"),
+    option(
+        "--fit LIST", "what to fit (gain,offset,depth,origin, on an area also turn; gain,depth,position with --blind)"
+    ),
+    option("--position-column NAME", "column of positions [m] (position); on an area two (position_y,position_z)"),
+    option("--force-column NAME", "column of loads [N/m], on an area [N]; without it all loads are alike"),
+    option("--angle-column NAME", "column of the loads' angles [rad]; without it they are 0"),
+    option("--azimuth-column NAME", "on an area, column of where loads lean, from +y towards +z [rad]; or 0"),
+    rows("fit to"),
+    option("--accept-misfit", "write the finger even where its model cannot explain the touches"),
+    CHOOSE,
+    RESPONSE,
+    BLIND,
+    option("-o --out FILE", "the calibrated finger.toml; - for standard output"),
+    JSON,
+    notes=_NOTES,
+)
+def run_calibrate(options: argparse.Namespace) -> int:
     """Run the command."""
     if options.blind:
         return run_blind(options)

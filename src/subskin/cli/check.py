@@ -13,7 +13,8 @@ import numpy as np
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .common import add_json, check_figure, describe, give, number, progress_bar, said_of, show
+from .common import give, number, progress_bar, said_of, show
+from .options import JSON, command, option
 
 if TYPE_CHECKING:
     from ..design.blind_spots import BlindSpots
@@ -55,30 +56,23 @@ _TIPS = {"sphere": "ball", "cylinder": "cylinder"}
 _PEOPLE = {"normal_strain": "normal strain", "mean_pressure": "pressure"}
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("finger", help="finger.toml")
-    parser.add_argument("--thickness", metavar="LENGTH", help="thickness of the skin, bonded to a rigid base or core")
-    parser.add_argument("--radius", metavar="LENGTH", help="radius of the finger")
-    parser.add_argument(
-        "--half-width", metavar="LENGTH", default="0 mm", help="half width of the touches (0: line loads)"
-    )
-    parser.add_argument(
-        "--snr", type=float, default=1000.0, metavar="N", help="largest reading of the touches over its noise (1000)"
-    )
-    parser.add_argument("--family", metavar="NAME", help="family fitted for the blind spots (line, on an area point)")
-    parser.add_argument("--touches", type=int, default=1000, metavar="N", help="touches for each blind spot (1000)")
-    parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
-    parser.add_argument("--tip-map", metavar="FILE", help="draw what a round tip costs, over its radius and the depth")
-    add_json(parser)
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("finger", "finger.toml"),
+    option("--thickness LENGTH", "thickness of the skin, bonded to a rigid base or core"),
+    option("--radius LENGTH", "radius of the finger"),
+    option("--half-width LENGTH", "half width of the touches (0: line loads)", "0 mm"),
+    option("--snr N", "largest reading of the touches over its noise (1000)", 1000.0),
+    option("--family NAME", "family fitted for the blind spots (line, on an area point)"),
+    option("--touches N", "touches for each blind spot (1000)", 1000),
+    option("--map FILE", "draw the error over thickness and radius; .svg, .png or .pdf"),
+    option("--tip-map FILE", "draw what a round tip costs, over its radius and the depth"),
+    JSON,
+    notes=_NOTES,
+)
+def run_check(options: argparse.Namespace) -> int:
     """Run the command."""
     file = io.load(options.finger)
-    check_figure(options.map, "--map")
-    check_figure(options.tip_map, "--tip-map")
     bent = None
     with said_of(options.finger):
         if file.tip is not None:

@@ -14,8 +14,9 @@ from typing import Any
 
 from .. import __version__
 from ..errors import InvalidValueError, WorkersError
+from .options import option
 
-__all__ = ["add_dask", "cluster", "version"]
+__all__ = ["DASK", "cluster", "version"]
 
 _PATIENCE = 60.0
 """Seconds for which a scheduler may have no worker yet."""
@@ -23,10 +24,7 @@ _ANSWER = 10.0
 """Seconds in which a scheduler has to answer."""
 
 
-def add_dask(parser: Any) -> None:
-    """--dask, of a parser or a group of options."""
-    what = 'share the work out with Dask: "local", or the address of a scheduler, tcp://host:8786'
-    parser.add_argument("--dask", metavar="ADDRESS", help=what)
+DASK = option("--dask ADDRESS", 'share the work out with Dask: "local", or the address of a scheduler, tcp://host:8786')
 
 
 @contextmanager

@@ -1,11 +1,10 @@
-"""What the commands share: options, values with units, rows, numbers for people, JSON."""
+"""What the commands share that people see: numbers, tables, bars, JSON, and warnings of a finger and its tables."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import math
-import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,184 +15,34 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .._lazy import np
 from ..errors import FileError, InvalidValueError, SubskinError, each_printable, printable
 from ..io.files import check_target, to_standard_output
-from ..io.units import line_load, quantity
+from .options import outputs_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from .. import io
+
 __all__ = [
-    "Rows",
-    "add_figure",
-    "add_json",
-    "add_rows",
-    "add_shared",
+    "AREA_COLUMNS",
     "check_figure",
-    "chosen_rows",
-    "describe",
+    "forces_said",
     "give",
-    "inputs_of",
-    "listed",
     "number",
-    "outputs_of",
     "plain",
-    "positive",
     "progress_bar",
-    "quantity_range",
+    "refuse_response",
     "said_of",
     "say",
     "show",
+    "warn_of_depths",
+    "warn_of_raw",
+    "warn_of_spread",
 ]
-
-
-def describe(parser: argparse.ArgumentParser, run: Any, examples: str, notes: str = "") -> None:
-    """What the help says after the first line, and what runs."""
-    parser.description = f"{parser.description}\n\n{notes}" if notes else parser.description
-    parser.epilog = f"examples:\n{examples}"
-    parser.set_defaults(run=run)
-
-
-def add_shared(parser: argparse.ArgumentParser, what: str) -> None:
-    """-o and --json."""
-    parser.add_argument(
-        "-o", "--out", metavar="FILE", help=f"{what}; CSV, or Parquet for .parquet; - for standard output"
-    )
-    add_json(parser)
-
-
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """--json."""
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
-
-
-def add_figure(parser: Any, what: str) -> None:
-    """--figure, of a parser or a group of options."""
-    parser.add_argument("--figure", metavar="FILE", help=f"{what} (.svg, .png or .pdf)")
-
-
-def add_rows(parser: argparse.ArgumentParser, verb: str) -> None:
-    """--every and --rows."""
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument("--every", type=int, metavar="N", help=f"{verb} rows 0, N, 2N, ...")
-    group.add_argument("--rows", metavar="LIST", help=f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20")
-
-
-class Rows:
-    """The rows that --every or --rows names, all without them; or, with --skip-used, the others.
-
-    Parameters
-    ----------
-    options : Namespace
-        `every`, `rows` and, of some commands, `skip_used`.
-
-    Raises
-    ------
-    InvalidValueError
-        Options that say no rows.
-    """
-
-    def __init__(self, options: argparse.Namespace) -> None:
-        self._every, self._others = options.every, getattr(options, "skip_used", False)
-        self._ranges: list[tuple[str, int, int]] | None = None
-        if self._every is not None and self._every < 1:
-            raise InvalidValueError(f"--every {self._every}", "has to be >= 1", "--every 2 takes every second row")
-        if options.rows is not None:
-            self._ranges = [self._range(part) for part in options.rows.split(",")]
-
-    @staticmethod
-    def _range(part: str) -> tuple[str, int, int]:
-        match = re.fullmatch(r"\s*([0-9]{1,12})(?:\s*-\s*([0-9]{1,12}))?\s*", part)
-        if match is None:
-            raise InvalidValueError(f'--rows "{part}"', "rows are whole numbers", "--rows 10,30,50 or 0-9,20")
-        first, last = int(match[1]), int(match[2] or match[1])
-        if first > last:
-            raise InvalidValueError(f"--rows {part.strip()}", "the first has to be <= the last", f"{last}-{first}")
-        return part.strip(), first, last
-
-    def of(self, first: int, count: int) -> npt.NDArray[np.bool_]:
-        """Which of `count` rows are chosen, the first of which is row `first` of the table."""
-        chosen = np.zeros(count, dtype=bool)
-        if self._every is not None:
-            chosen[-first % self._every :: self._every] = True
-        elif self._ranges is not None:
-            for _, begin, end in self._ranges:
-                chosen[max(begin - first, 0) : max(end + 1 - first, 0)] = True
-        else:
-            chosen[:] = True
-        return chosen ^ self._others
-
-    def check(self, count: int) -> None:
-        """Raise where a row is named that a table of `count` rows has not got.
-
-        Raises
-        ------
-        InvalidValueError
-            There is such a row.
-        """
-        for part, _, last in self._ranges or ():
-            if last >= count:
-                rule = f"the table has rows 0 to {count - 1}" if count else "the table has no rows"
-                raise InvalidValueError(f"--rows {part}", rule, "rows are counted from 0")
-
-
-def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_]:
-    """Which of a table's `count` rows are chosen, as by `Rows`."""
-    rows = Rows(options)
-    rows.check(count)
-    return rows.of(0, count)
-
-
-def quantity_range(text: str, unit: str, name: str, length: float | None = None) -> tuple[float, float]:
-    """A range, as "-5 mm .. 5 mm" or "-5..5 mm", or one value, in SI; forces in N are divided by the `length` [m]."""
-    parts = [part.strip() for part in text.split("..")]
-    if len(parts) == 1:
-        value = _value(parts[0], unit, name, length)
-        return value, value
-    if len(parts) != 2:
-        raise InvalidValueError(f'{name} "{text}"', "a value or a range is needed", f'{name} "-5 mm .. 5 mm"')
-    if re.fullmatch(r"[-+.\deE]+", parts[0]):  # -5..5 mm: the unit belongs to both
-        parts[0] += " " + re.sub(r"^\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*", "", parts[1])
-    low, high = (_value(part.strip(), unit, name, length) for part in parts)
-    if low > high:
-        raise InvalidValueError(f'{name} "{text}"', "the first has to be <= the second", "swap them")
-    return low, high
-
-
-def _value(text: str, unit: str, name: str, length: float | None) -> float:
-    return line_load(text, length, name) if unit == "N/m" else quantity(text, unit, name)
-
-
-def positive(text: str, unit: str, name: str, fix: str = "", length: float | None = None) -> tuple[float, float]:
-    """A range, or one value, above 0; `length` as in `quantity_range`."""
-    low, high = quantity_range(text, unit, name, length)
-    if not low > 0:
-        raise InvalidValueError(f'{name} "{text}"', f"has to be > 0 [{unit}]", fix)
-    return low, high
-
-
-def listed(text: str) -> tuple[str, ...]:
-    """What stands between commas."""
-    return tuple(part.strip() for part in text.split(",") if part.strip())
 
 
 def say(options: argparse.Namespace) -> TextIO:
     """Where text for people goes: not into a table or JSON that is written to standard output."""
     return sys.stderr if options.json or "-" in outputs_of(options).values() else sys.stdout
-
-
-_INPUTS = {"finger": "the finger", "goals": "the goals", "readings": "the readings", "recording": "the recording",
-           "touches": "the touches"}  # fmt: skip
-_OUTPUTS = {"out": "-o", "relaxed": "--relaxation", "totals": "--totals", "figure": "--figure", "map": "--map",
-            "tip_map": "--tip-map", "movie": "--movie", "record": "--record"}  # fmt: skip
-
-
-def inputs_of(options: argparse.Namespace) -> dict[str, str]:
-    """The files that a command reads, by what they are called."""
-    return {said: path for key, said in _INPUTS.items() if isinstance(path := getattr(options, key, None), str)}
-
-
-def outputs_of(options: argparse.Namespace) -> dict[str, str]:
-    """The files that a command writes, by their options."""
-    return {said: path for key, said in _OUTPUTS.items() if isinstance(path := getattr(options, key, None), str)}
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -375,3 +224,61 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
+
+
+AREA_COLUMNS = ("position_y", "position_z")
+"""Positions on an area, in tables."""
+
+_ALIKE = 0.05  # presses whose depths differ by less are alike
+
+
+def refuse_response(file: io.FingerFile, what: str) -> None:
+    """Raise where the finger of the file has a response in place, which does not know `what`.
+
+    Raises
+    ------
+    InvalidValueError
+        It has one.
+    """
+    if file.finger.measured is not None:
+        rule = f"a response in place knows the contact of its touches alone, and not {what}"
+        fix = "remove the line response = ... of [calibration]: the skin's field then answers; or subskin locate"
+        raise InvalidValueError("[calibration] response", rule, fix)
+
+
+def forces_said(file: io.FingerFile, loads: Mapping[str, Any], column: str | None) -> str:
+    """What forces found with a finger calibrated on touches with these `loads` are in; "" where a `column` said it."""
+    from ..loads import force_unit
+
+    if "force" not in loads:
+        return "forces found with this finger are multiples of the touches' load (no --force-column)"
+    force = file.one_force
+    if column or force is None:
+        return ""
+    return f"every touch carries {number(force)} {force_unit(file.finger.array.on_area)} (normal_force under [locate])"
+
+
+def warn_of_depths(table: io.Table, fix: str) -> None:
+    """Warn where presses have several approaches, and no force says how hard each was."""
+    if "depth" in table.columns and len(table):
+        depth = table.numbers("depth")
+        warn_of_spread(table.name, depth, fix)
+
+
+def warn_of_spread(name: str, depth: npt.NDArray[np.float64], fix: str) -> None:
+    """The same, of the presses' depths [m]."""
+    low, high = 1e3 * float(depth.min()), 1e3 * float(depth.max())
+    if high - low > _ALIKE * high:
+        what = f"presses of {low:.3g} to {high:.3g} mm, and no force"
+        rule = "presses without a force are all taken to be alike, and a deeper press is harder"
+        print(f"subskin: warning: {name}: {what}: {rule}. Fix: {fix}", file=sys.stderr)
+
+
+def warn_of_raw(options: argparse.Namespace, file: io.FingerFile, table: io.Table | io.TableReader) -> None:
+    """Say where a raw recording is read without --tare, though its unit or its offsets are not the finger's."""
+    how = file.recording
+    if options.tare is not None or how is None or (how.scale == 1 and not file.differences):
+        return
+    if {column.name for column in (how.time, how.press) if column is not None} <= set(table.columns):
+        what = "it has the columns of a raw recording, and the finger reads SI units without offsets"
+        print(f"subskin: warning: {table.name}: {what}. Fix: --tare reads it by [recording]", file=sys.stderr)

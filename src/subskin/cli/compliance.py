@@ -10,7 +10,8 @@ from .. import design, io
 from .._lazy import np
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .common import add_figure, add_json, check_figure, describe, give, number, positive, progress_bar, show
+from .common import give, number, progress_bar, show
+from .options import JSON, command, figure, option, positive
 
 if TYPE_CHECKING:
     from .._check import FloatArray
@@ -27,42 +28,26 @@ height, its position and the force are unknown. Errors are the sensors' noise an
 """
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("finger", help="finger.toml")
-    parser.add_argument("--width", metavar="LENGTH", required=True, help="width of the particle")
-    parser.add_argument("--height", metavar="LENGTH", required=True, help="how far the particle stands out of the flat")
-    parser.add_argument(
-        "--force", metavar="RANGE", required=True, help='force per length of contact, "40 N/m" or "10..100 N/m"'
-    )
-    parser.add_argument("--flat", metavar="LENGTH", help="width of the flat (default: endless); needed for a flat skin")
-    parser.add_argument("--young", metavar="RANGE", default="0.03..30 MPa", help="moduli to try (0.03..30 MPa)")
-    parser.add_argument("--moduli", type=int, metavar="N", default=16, help="number of moduli (16)")
-    parser.add_argument("--thickness", metavar="LIST", help='thicknesses to try, "2 mm, 4 mm" (the finger\'s own)')
-    parser.add_argument(
-        "--accuracy",
-        type=float,
-        default=0.01,
-        metavar="X",
-        help="error of a reading beside its noise, as a share of the largest reading (0.01)",
-    )
-    parser.add_argument(
-        "--wanted",
-        type=float,
-        default=0.5,
-        metavar="X",
-        help="wanted standard deviation of the width, as a share of the width (0.5)",
-    )
-    add_figure(parser, "draw it, as the memo's Fig. 17")
-    add_json(parser)
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("finger", "finger.toml"),
+    option("--width LENGTH", "width of the particle", required=True),
+    option("--height LENGTH", "how far the particle stands out of the flat", required=True),
+    option("--force RANGE", 'force per length of contact, "40 N/m" or "10..100 N/m"', required=True),
+    option("--flat LENGTH", "width of the flat (default: endless); needed for a flat skin"),
+    option("--young RANGE", "moduli to try (0.03..30 MPa)", "0.03..30 MPa"),
+    option("--moduli N", "number of moduli (16)", 16),
+    option("--thickness LIST", 'thicknesses to try, "2 mm, 4 mm" (the finger\'s own)'),
+    option("--accuracy X", "error of a reading beside its noise, as a share of the largest reading (0.01)", 0.01),
+    option("--wanted X", "wanted standard deviation of the width, as a share of the width (0.5)", 0.5),
+    figure("draw it, as the memo's Fig. 17"),
+    JSON,
+    notes=_NOTES,
+)
+def run_compliance(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..pressing import ParticleOnFlat
 
-    check_figure(options.figure)
     file = io.load(options.finger)
     finger = file.finger
     if options.flat is None and math.isinf(finger.skin.period):

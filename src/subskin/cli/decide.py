@@ -14,8 +14,8 @@ from .. import io
 from .._axes import on_touches
 from .._lazy import np
 from ..errors import InvalidValueError
-from .common import describe, give, number, quantity_range, show
-from .frames import MEANING, add_frames, refuse_response
+from .common import give, number, refuse_response, show
+from .options import MEANING, command, frames, option, quantity_range
 
 if TYPE_CHECKING:
     from ..decide import Kind, TypeDecision
@@ -48,20 +48,18 @@ _HERE = {
 }
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument(
-        "--kind",
+@command(
+    _EXAMPLES,
+    option(
+        "--kind NAME=FAMILY[:WIDTH[,LENGTH]][*PRIOR]",
+        "a kind to weigh: its family (as in fit, or edge), half widths, an edge's half lengths, prior (1); repeat",
         action="append",
-        metavar="NAME=FAMILY[:WIDTH[,LENGTH]][*PRIOR]",
-        help="a kind to weigh: its family (as in fit, or edge), half widths, an edge's half lengths, prior (1); repeat",
-    )
-    parser.add_argument("--sure", type=float, default=0.95, metavar="P", help="probability to decide from (0.95)")
-    add_frames(parser, "weigh", "table of probabilities", "draw the probabilities, frame by frame")
-
-
-def run(options: argparse.Namespace) -> int:
+    ),
+    option("--sure P", "probability to decide from (0.95)", 0.95),
+    frames("weigh", "table of probabilities", "draw the probabilities, frame by frame"),
+    notes=_NOTES,
+)
+def run_decide(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..stream.stage import join
     from .answers import Kept, answers_of

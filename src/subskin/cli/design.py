@@ -13,8 +13,9 @@ from typing import Any, TextIO
 from .. import design, io
 from ..errors import FileError, InvalidValueError
 from ..io.files import write_bytes
-from .cluster import add_dask, cluster
-from .common import add_json, describe, give, progress_bar, show
+from .cluster import DASK, cluster
+from .common import give, progress_bar, show
+from .options import JSON, command, option
 
 _EXAMPLES = """\
   subskin design --example > goals.toml          # a file to begin with; every key is explained in it
@@ -28,20 +29,19 @@ The same command goes on with a search that was stopped. Finished parts are in D
 """
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("goals", nargs="?", help="goals.toml")
-    parser.add_argument("-o", "--out", metavar="DIR", default="design", help="folder of the result (design)")
-    parser.add_argument("--seed", type=int, metavar="N", help="seed of the touches (that of the file)")
-    parser.add_argument("--workers", type=int, metavar="N", help="rows computed at a time (one for each core)")
-    add_dask(parser)
-    parser.add_argument("--no-report", action="store_true", help="write fingers and table only")
-    parser.add_argument("--example", action="store_true", help="print an example of goals.toml and stop")
-    add_json(parser)
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("goals?", "goals.toml"),
+    option("-o --out DIR", "folder of the result (design)", "design"),
+    option("--seed N", "seed of the touches (that of the file)", type=int),
+    option("--workers N", "rows computed at a time (one for each core)", type=int),
+    DASK,
+    option("--no-report", "write fingers and table only"),
+    option("--example", "print an example of goals.toml and stop"),
+    JSON,
+    notes=_NOTES,
+)
+def run_design(options: argparse.Namespace) -> int:
     """Run the command."""
     if options.example:
         sys.stdout.write(files("subskin.io").joinpath("goals_example.toml").read_text(encoding="utf-8"))

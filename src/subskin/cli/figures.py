@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from ..errors import InvalidValueError
-from .common import describe, give, listed
+from .common import give
+from .options import command, listed, option
 
 _EXAMPLES = """\
   subskin figures -o figures
@@ -13,16 +14,14 @@ _EXAMPLES = """\
 """
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES)
-    parser.add_argument("-o", "--out", metavar="FOLDER", required=True, help="folder for the figures; made if missing")
-    parser.add_argument("--only", metavar="LIST", help="numbers of the figures, e.g. 6,13")
-    parser.add_argument("--formats", metavar="LIST", default="svg,png", help="svg, png, pdf (default svg,png)")
-    parser.add_argument("--json", action="store_true", help="print the names of the files as JSON")
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("-o --out FOLDER", "folder for the figures; made if missing", required=True),
+    option("--only LIST", "numbers of the figures, e.g. 6,13"),
+    option("--formats LIST", "svg, png, pdf (default svg,png)", "svg,png"),
+    option("--json", "print the names of the files as JSON"),
+)
+def run_figures(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..plot import save_memo_figures
 

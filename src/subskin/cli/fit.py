@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
 from ..contact import families, local_families
-from .common import describe, give, quantity_range
-from .frames import MEANING, add_frames, refuse_response
+from .common import give, refuse_response
+from .options import MEANING, command, frames, option, quantity_range
 
 if TYPE_CHECKING:
     from ..estimate import Estimate
@@ -37,25 +37,28 @@ contacts, which have six unknowns: two of position, three of force, and the radi
 normal, where the sensors see it: those of shear and displacement do; normal strain, pressure and normal stress do not.
 """
 
+_STICK = (
+    "the coefficient of friction by which a hertz contact sticks in its middle, or a range of it (default: it slides)"
+)
 _SHOWN = (
     "row", "position", "position_y", "position_z", "force", "angle", "azimuth", "half_width", "half_width_low",
     "half_width_high", "moment", "force_unit", "status",
 )  # fmt: skip
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    known = {**families(), **local_families()}
-    usual = "hertz; of sensors on an area round_hertz"
-    parser.add_argument("--family", choices=tuple(known), help=f"family of the contact ({usual})")
-    parser.add_argument("--width", metavar="RANGE", help='range of half widths (default: "0..1.5" depths)')
-    stick = "the coefficient of friction by which a hertz contact sticks in its middle, or a range of it"
-    parser.add_argument("--stick", metavar="MU", help=f"{stick} (default: it slides)")
-    add_frames(parser, "fit", "table of contacts", "draw the contacts along the skin, frame by frame")
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option(
+        "--family",
+        "family of the contact (hertz; of sensors on an area round_hertz)",
+        choices=(*families(), *local_families()),
+    ),
+    option("--width RANGE", 'range of half widths (default: "0..1.5" depths)'),
+    option("--stick MU", _STICK),
+    frames("fit", "table of contacts", "draw the contacts along the skin, frame by frame"),
+    notes=_NOTES,
+)
+def run_fit(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..stream.stage import join
     from .answers import Kept, answers_of, estimate_columns, show_first, show_statuses

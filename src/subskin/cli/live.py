@@ -1,4 +1,4 @@
-"""`subskin live`: a sensor as it feels, in the terminal."""
+"""`subskin live`, `ports` and `studio`: a sensor as it feels, in the terminal or on a page; what is plugged in."""
 
 from __future__ import annotations
 
@@ -6,25 +6,28 @@ import argparse
 import sys
 import time
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
 from ..errors import InvalidValueError, printable
-from .common import describe
+from ..io.units import quantity
+from .common import give, show
+from .options import JSON, command, option, quantity_range
 
 if TYPE_CHECKING:
     from ..io import FingerFile
     from ..live import Live
     from .live_view import View
 
-_EXAMPLES = """\
+_LIVE = """\
   subskin live --port demo                                a simulated finger: nothing has to be plugged in
   subskin live finger.toml                                the port and the board that [live] of the file names
   subskin live finger.toml --port /dev/ttyACM0 --driver "anyskin?sensors=5" --slip 0.4..0.8
   subskin live finger.toml --record touch.parquet --for "60 s" --zero
   subskin live finger.toml --fit hertz --json | my_robot
 """
-_NOTES = """\
+_LIVE_NOTES = """\
 Ctrl-C ends it: the device gets its word to stop, the recording is closed, and the exit code is 0. The stream begins
 with the skin free, or --zero after it has begun. Piped, it prints each event, and a line a second; with --json a line
 for each frame, and one for each event. The first start after installation compiles for some seconds; a preview shows
@@ -49,26 +52,23 @@ _ZERO = 0.5
 """Seconds after the first frame at which --zero takes what is read for nothing."""
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("finger", nargs="?", help="finger.toml; --port demo needs none")
-    parser.add_argument("--port", metavar="WHERE", help="/dev/ttyACM0, serial:, tcp:, udp:, ws:, file:, -, or demo")
-    parser.add_argument("--driver", metavar="NAME", help="what the device sends: anyskin, lines, ... (that of [live])")
-    parser.add_argument("--rate", metavar="HZ", type=float, help="of file: frames a second, where they have no times")
-    parser.add_argument("--fit", metavar="FAMILY", help="find the half width of such contacts too: hertz, punch, ...")
-    parser.add_argument("--slip", metavar="MU", help="coefficient of friction, 0.5 or 0.4..0.8: say when it slips")
-    parser.add_argument("--overload", metavar="FORCE", type=float, help="say where a force is larger [N/m, area N]")
-    parser.add_argument("--zero", action="store_true", help="half a second after the first frame nothing touches")
-    parser.add_argument("--record", metavar="FILE", help="record all of it: .parquet, .csv, .mcap, .arrows")
-    parser.add_argument("--for", dest="duration", metavar="TIME", help='stop after this time, such as "60 s"')
-    parser.add_argument("--json", action="store_true", help="a line of JSON for each frame and each event")
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _LIVE,
+    option("finger?", "finger.toml; --port demo needs none"),
+    option("--port WHERE", "/dev/ttyACM0, serial:, tcp:, udp:, ws:, file:, -, or demo"),
+    option("--driver NAME", "what the device sends: anyskin, lines, ... (that of [live])"),
+    option("--rate HZ", "of file: frames a second, where they have no times", type=float),
+    option("--fit FAMILY", "find the half width of such contacts too: hertz, punch, ..."),
+    option("--slip MU", "coefficient of friction, 0.5 or 0.4..0.8: say when it slips"),
+    option("--overload FORCE", "say where a force is larger [N/m, area N]", type=float),
+    option("--zero", "half a second after the first frame nothing touches"),
+    option("--record FILE", "record all of it: .parquet, .csv, .mcap, .arrows"),
+    option("--for TIME", 'stop after this time, such as "60 s"', dest="duration"),
+    option("--json", "a line of JSON for each frame and each event"),
+    notes=_LIVE_NOTES,
+)
+def run_live(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..io.units import quantity
-
     file = _finger(options)
     duration = float("inf") if options.duration is None else quantity(options.duration, "s", "--for")
     if not duration > 0:
@@ -108,7 +108,6 @@ def _opened(options: argparse.Namespace, file: FingerFile) -> tuple[Live, View, 
     """The stream, prepared, what shows it, and whether --zero is still to come."""
     from ..live.chain import Chain
     from ..live.run import live
-    from .common import quantity_range
     from .live_preview import Preview
     from .live_view import Bars, JsonLines, PlainLines
 
@@ -151,3 +150,65 @@ def _follow(live: Live, shown: View, duration: float, zero: bool) -> None:
         if now - drawn >= shown.each:
             shown.draw()
             drawn = time.monotonic()
+
+
+_PORTS = """\
+  subskin ports
+  subskin ports --json
+"""
+_PORTS_NOTES = """\
+A guess rests on the USB number of who made the board. It is only a guess: another sketch may run on it. "unknown" means
+that no number says it; give the driver under [live] of finger.toml. Boards that a network reaches are not listed."""
+
+
+@command(_PORTS, JSON, notes=_PORTS_NOTES)
+def run_ports(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..live.ports import listed
+
+    found = listed()
+
+    def people(out: TextIO) -> None:
+        if not found:
+            print("no serial port was found: plug the board in, by a cable that carries data", file=out)
+            return
+        rows = [[one.port, one.driver, one.usb, one.says] for one in found]
+        show(out, "serial ports", ["port", "driver, guessed", "USB", "says that it is"], rows, left=4)
+        for why in dict.fromkeys(f"{one.driver}: {one.why}" for one in found if one.why):
+            print(why, file=out)
+
+    return give(options, lambda: {"ports": [asdict(one) for one in found]}, people)
+
+
+_STUDIO = """\
+  subskin studio                                 a finger to play with, in the browser
+  subskin studio finger.toml                     your own
+  subskin studio finger.toml --port demo         with a device, live: as subskin live takes it
+  subskin studio finger.toml --port robot        with a simulated stage, to calibrate (or your own device)
+  subskin studio --port touch.parquet            with a recording, to play
+  subskin studio finger.toml --no-browser        print the address, open nothing
+"""
+_STUDIO_NOTES = """\
+The page answers this machine alone: the address holds a token, and the browser that opens it gets a cookie. Nothing is
+fetched from elsewhere. Ctrl-C ends it. It needs pip install "subskin[studio]".
+"""
+
+
+@command(
+    _STUDIO,
+    option("finger?", "finger.toml; an example if left out"),
+    option("--port WHERE", "device, demo or recording for the view Live; Calibrate needs a device"),
+    option("--host-port N", "port of this machine (8771, or the next free one)", type=int),
+    option("--no-browser", "print the address, and open nothing"),
+    notes=_STUDIO_NOTES,
+)
+def run_studio(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..studio.opening import serve
+
+    try:
+        serve(options.finger, device=options.port, port=options.host_port, browser=not options.no_browser)
+    except KeyboardInterrupt as stop:
+        if type(stop) is not KeyboardInterrupt:
+            raise  # a signal that ends the process, and not Ctrl-C
+    return 0

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._lazy import np
 from ..errors import InvalidValueError
-from .common import describe, give, number, show
-from .frames import MEANING, add_frames
+from .common import give, number, show
+from .options import MEANING, command, frames, option
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -37,26 +37,17 @@ _SHOWN = (
 )  # fmt: skip
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("--load", choices=("line", "point", "either"), help="what presses on a row ([locate], or line)")
-    parser.add_argument("--beside", metavar="M", help="largest distance beside the row of a point (default: 3 depths)")
-    parser.add_argument(
-        "--truth", metavar="NAME", help="column of true positions [m] to compare with; on an area two, y,z"
-    )
-    parser.add_argument(
-        "--outliers",
-        type=int,
-        default=0,
-        metavar="N",
-        help="1: try unexplained frames without each reading in turn (0)",
-    )
-    parser.add_argument("--skip-used", action="store_true", help="locate the rows that --every or --rows does not name")
-    add_frames(parser, "locate", "table of loads", "draw truth against estimate")
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("--load {line,point,either}", "what presses on a row ([locate], or line)"),
+    option("--beside M", "largest distance beside the row of a point (default: 3 depths)"),
+    option("--truth NAME", "column of true positions [m] to compare with; on an area two, y,z"),
+    option("--outliers N", "1: try unexplained frames without each reading in turn (0)", 0),
+    option("--skip-used", "locate the rows that --every or --rows does not name"),
+    frames("locate", "table of loads", "draw truth against estimate"),
+    notes=_NOTES,
+)
+def run_locate(options: argparse.Namespace) -> int:
     """Run the command."""
     from .answers import Kept, against, answers_of, estimate_columns, show_first, show_statuses
 

@@ -1,4 +1,4 @@
-"""The parser, the exit codes, and nothing else: each command is a module, imported when it is the one to run."""
+"""The parser, the exit codes, and nothing else: the module of a command is imported when it is the one to run."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ _COMMANDS = {
     "convert": "make a recording into Parquet, CSV, MCAP, a bag of ROS or a data set for LeRobot; or a bag into one",
     "figures": "redraw the memo's Figs. 2, 3, 6, 9 and 11 to 19",
 }
-"""What each command does. Its module, of its name, has `add`, which says what it takes, and `run`."""
+"""What each command does. `run_NAME` runs it, and says what it takes: in the module of its name, or in its home."""
+_HOMES = {"ports": "live", "studio": "live", "replay": "recordings", "recover": "recordings", "convert": "recordings"}
 
 _EPILOG = """\
 a recording of your own, from raw pressures to positions:
@@ -72,21 +73,22 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", metavar="command", required=True, parser_class=_Command)
     for name in [chosen] if chosen in _COMMANDS else _COMMANDS:
         does = _COMMANDS[name]
-        commands.add_parser(name, module=name, help=does, description=f"{does[:1].upper()}{does[1:]}.")
+        commands.add_parser(name, called=name, help=does, description=f"{does[:1].upper()}{does[1:]}.")
     return parser
 
 
 class _Command(argparse.ArgumentParser):
     """A command's own parser, which its module fills in when the command is chosen."""
 
-    def __init__(self, module: str, **options: Any) -> None:
+    def __init__(self, called: str, **options: Any) -> None:
         super().__init__(**options, formatter_class=argparse.RawDescriptionHelpFormatter)
-        self._module = module
+        self._called = called
         # what begins with a minus and a digit is a value: --angle "-30..30 deg", --position -5..5
         self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def parse_known_args(self, *given: Any, **named: Any) -> Any:
-        import_module(f".{self._module}", __package__).add(self)
+        home = import_module(f".{_HOMES.get(self._called, self._called)}", __package__)
+        getattr(home, f"run_{self._called}").fill(self)
         options, left = super().parse_known_args(*given, **named)
         if left:  # with the usage of this command, and not of them all
             self.error(f"unrecognized arguments: {' '.join(left)}{self._meant(left)}")
@@ -174,13 +176,16 @@ def _run(argv: Sequence[str] | None) -> int:
     parser = _parser(given[0] if given else "")
     options = parser.parse_args(given)
     from ..io.files import apart
-    from .common import inputs_of, outputs_of
+    from .common import check_figure
+    from .options import DRAWN, inputs_of, outputs_of
 
     if options.json and "-" in outputs_of(options).values():
         parser.error("--json and -o - would both write to standard output: choose one")
     apart(inputs_of(options), outputs_of(options))
     with warnings.catch_warnings():
         warnings.showwarning = _warns()
+        for key, said in DRAWN.items():
+            check_figure(getattr(options, key, None), said)
         code: int = options.run(options)
     return code
 

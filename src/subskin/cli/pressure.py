@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._lazy import np
 from ..errors import FileError
-from .common import describe, give
-from .frames import MEANING, add_frames, refuse_response
+from .common import give, refuse_response
+from .options import MEANING, command, frames, option
 
 if TYPE_CHECKING:
     from .answers import Answers
@@ -33,32 +33,25 @@ _HERE = {
     "ambiguous": "it reaches the edge of the search, or its angle is not determined",
     "unexplained": "no pressure >= 0 explains the readings",
 }
+_SHEAR = (
+    "in proportion to the pressure; none; or free, in a row of sensors of two kinds or depths, on an area of "
+    "three channels a position (proportional; none where the finger has friction = 0)"
+)
 _AT_ONCE = 1000  # frames: a map of each is held
 _SHOWN = ("row", "normal_force", "normal_std", "centre", "angle", "resolution", "residual", "status")
 _SHOWN_ON_AREA = ("row", "normal_force", "normal_std", "centre_y", "centre_z", "angle", "resolution", "status")
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument(
-        "--rule",
-        choices=("evidence", "discrepancy", "gcv"),
-        default="evidence",
-        help="rule that finds the weight of smoothness (evidence)",
-    )
-    parser.add_argument(
-        "--shear",
-        choices=("none", "proportional", "free"),
-        help="in proportion to the pressure; none; or free, in a row of sensors of two kinds or depths, on an area of "
-        "three channels a position (proportional; none where the finger has friction = 0)",
-    )
-    parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
-    parser.add_argument("--movie", metavar="FILE", help="of sensors on an area, the images of up to 500 frames; .gif")
-    add_frames(parser, "map", "table of pressures", "draw the pressure of the first frame")
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("--rule {evidence,discrepancy,gcv}", "rule that finds the weight of smoothness (evidence)", "evidence"),
+    option("--shear {none,proportional,free}", _SHEAR),
+    option("--totals FILE", "table of forces, a row for each frame"),
+    option("--movie FILE", "of sensors on an area, the images of up to 500 frames; .gif"),
+    frames("map", "table of pressures", "draw the pressure of the first frame"),
+    notes=_NOTES,
+)
+def run_pressure(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..estimate.pressure import ImageMapper, PressureMapper, pressure_mapper
     from ..stream.stage import join

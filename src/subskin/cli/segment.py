@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._lazy import np
 from ..io.units import quantity
-from .common import add_shared, describe, give, number, said_of, show
-from .frames import AREA_COLUMNS, warn_of_spread
+from .common import AREA_COLUMNS, give, number, said_of, show, warn_of_spread
+from .options import command, option, shared
 
 if TYPE_CHECKING:
     from ..stream import Presses, RelaxationFit
@@ -31,24 +31,18 @@ has two columns of the position, y and z, and the presses have position_y and po
 """
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("finger", help="finger.toml with a table [recording]")
-    parser.add_argument("recording", help="the recording, CSV or Parquet; - for standard input")
-    parser.add_argument("--early", type=float, metavar="SHARE", help="averaged share of a plateau (0.4)")
-    parser.add_argument("--before", metavar="TIME", help='time averaged before a press ("0.3 s")')
-    parser.add_argument("--hold", metavar="TIME", help='least duration of a plateau ("0.5 s")')
-    parser.add_argument(
-        "--relaxation",
-        dest="relaxed",
-        metavar="FILE",
-        help="fit what each sensor forgets of held presses; the finger with it",
-    )
-    add_shared(parser, "table of presses")
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("finger", "finger.toml with a table [recording]"),
+    option("recording", "the recording, CSV or Parquet; - for standard input"),
+    option("--early SHARE", "averaged share of a plateau (0.4)", type=float),
+    option("--before TIME", 'time averaged before a press ("0.3 s")'),
+    option("--hold TIME", 'least duration of a plateau ("0.5 s")'),
+    option("--relaxation FILE", "fit what each sensor forgets of held presses; the finger with it", dest="relaxed"),
+    shared("table of presses"),
+    notes=_NOTES,
+)
+def run_segment(options: argparse.Namespace) -> int:
     """Run the command."""
     file, table = io.load(options.finger), io.read_table(options.recording)
     changed = {"early": options.early} | {

@@ -13,9 +13,9 @@ from .._lazy import np
 from ..contact import contact_of, families, local_families, local_family_of
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .cluster import add_dask, cluster
-from .common import add_shared, describe, give, number, progress_bar, quantity_range, show
-from .frames import AREA_COLUMNS
+from .cluster import DASK, cluster
+from .common import AREA_COLUMNS, give, number, progress_bar, show
+from .options import command, group, option, quantity_range, shared
 
 _EXAMPLES = """\
   subskin simulate finger.toml -o readings.csv --count 1000 --force "10..60 N/m" --angle "-30..30 deg" --seed 1
@@ -26,45 +26,49 @@ _EXAMPLES = """\
 _MOST = 100_000_000  # readings: more would not fit into memory
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES)
-    parser.add_argument("finger", help="finger.toml")
-    loads = parser.add_argument_group("loads", 'each a value or a range, "40 N/m" or "10..60 N/m"')
-    loads.add_argument("--count", type=int, default=100, metavar="N", help="number of loads, or of presses (100)")
-    loads.add_argument("--position", metavar="RANGE", help="positions of the loads (default: over the row of sensors)")
-    loads.add_argument("--across", metavar="RANGE", help="their z, of local contacts (default: over the sensors)")
-    loads.add_argument("--force", metavar="RANGE", help='forces of the loads ("40 N/m"; of local contacts "1 N")')
-    loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='angles of the loads ("0 deg")')
-    loads.add_argument("--azimuth", metavar="RANGE", help='where local contacts lean, from +y towards +z ("0 deg")')
-    loads.add_argument("--moment", metavar="RANGE", help='moments about the normal, of local contacts ("0 N*mm")')
-    loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
-    kinds, local = families(), local_families()
-    what = f"family of the contact: {', '.join(kinds)}, or local: {', '.join(local)} (line; on an area point)"
-    loads.add_argument("--contact", choices=(*kinds, *local), metavar="FAMILY", help=what)
-    loads.add_argument("--half-width", metavar="LENGTH", help="half width of a contact of such a family")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (0)")
-    parser.add_argument(
-        "--spread", type=float, default=0.0, metavar="SHARE", help="gains differ by about this share (0)"
-    )
-    parser.add_argument("--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3")
-    add_dask(parser)
-    raw = parser.add_argument_group("a raw recording", "an indenter steps along the skin and presses at each position")
-    raw.add_argument("--recording", action="store_true", help="write raw frames, as [recording] of the file reads them")
-    raw.add_argument(
-        "--origin", metavar="LENGTH", help="y = 0 on the motor's axis, on an area y,z (default: that of the file, or 0)"
-    )
-    raw.add_argument("--drift", type=float, default=0.0, metavar="SIZE", help="slow drift, in readings (0)")
-    raw.add_argument(
-        "--relaxation", type=float, default=0.2, metavar="SHARE", help="share of a load lost in time (0.2)"
-    )
-    raw.add_argument("--stroke", metavar="LENGTH", default="4 mm", help='approach of the indenter ("4 mm")')
-    raw.add_argument("--hold", metavar="TIME", default="1.5 s", help='how long a press is held ("1.5 s")')
-    raw.add_argument("--rate", metavar="RATE", default="50 Hz", help='frames a second ("50 Hz")')
-    add_shared(parser, "table of readings, or of frames")
+def _family(loads: Any) -> None:
+    """--contact: the families that there are now, one's own among them."""
+    known = (*families(), *local_families())
+    what = f"family of the contact: {', '.join(families())}, or local: {', '.join(local_families())}"
+    option("--contact FAMILY", f"{what} (line; on an area point)", choices=known)(loads)
 
 
-def run(options: argparse.Namespace) -> int:
+
+@command(
+    _EXAMPLES,
+    option("finger", "finger.toml"),
+    group(
+        "loads",
+        'each a value or a range, "40 N/m" or "10..60 N/m"',
+        option("--count N", "number of loads, or of presses (100)", 100),
+        option("--position RANGE", "positions of the loads (default: over the row of sensors)"),
+        option("--across RANGE", "their z, of local contacts (default: over the sensors)"),
+        option("--force RANGE", 'forces of the loads ("40 N/m"; of local contacts "1 N")'),
+        option("--angle RANGE", 'angles of the loads ("0 deg")', "0 deg"),
+        option("--azimuth RANGE", 'where local contacts lean, from +y towards +z ("0 deg")'),
+        option("--moment RANGE", 'moments about the normal, of local contacts ("0 N*mm")'),
+        option("--grid", "positions evenly spaced, not random"),
+        _family,
+        option("--half-width LENGTH", "half width of a contact of such a family"),
+    ),
+    option("--seed N", "seed of the random numbers (0)", 0),
+    option("--spread SHARE", "gains differ by about this share (0)", 0.0),
+    option("--dead LIST", "sensors, from 0, that read nothing: 2 or 0,3", ""),
+    DASK,
+    group(
+        "a raw recording",
+        "an indenter steps along the skin and presses at each position",
+        option("--recording", "write raw frames, as [recording] of the file reads them"),
+        option("--origin LENGTH", "y = 0 on the motor's axis, on an area y,z (default: that of the file, or 0)"),
+        option("--drift SIZE", "slow drift, in readings (0)", 0.0),
+        option("--relaxation SHARE", "share of a load lost in time (0.2)", 0.2),
+        option("--stroke LENGTH", 'approach of the indenter ("4 mm")', "4 mm"),
+        option("--hold TIME", 'how long a press is held ("1.5 s")', "1.5 s"),
+        option("--rate RATE", 'frames a second ("50 Hz")', "50 Hz"),
+    ),
+    shared("table of readings, or of frames"),
+)
+def run_simulate(options: argparse.Namespace) -> int:
     """Run the command."""
     file = io.load(options.finger)
     n = len(file.finger.array)

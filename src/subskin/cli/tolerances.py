@@ -12,18 +12,8 @@ import numpy as np
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import line_load, quantity
-from .common import (
-    add_figure,
-    add_json,
-    check_figure,
-    describe,
-    give,
-    listed,
-    number,
-    progress_bar,
-    quantity_range,
-    show,
-)
+from .common import give, number, progress_bar, show
+from .options import JSON, command, figure, group, listed, option, quantity_range
 
 _EXAMPLES = """\
   subskin tolerances finger.toml --force "20 N/m"
@@ -54,45 +44,36 @@ _HELP = {
 }
 _SCALES = {"position": 1e3, "angle": math.degrees(1.0), "force": 100.0, "radius": 1e3}
 _HEADS = {"position": "position [mm]", "angle": "angle [deg]", "force": "force [%]", "radius": "radius [mm]"}
+_WON_BACK = "what self-calibration wins back: known, blind or both (both; on an area known)"
 _NAMES = {"total": "root sum of squares", "together": "all at once"}
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("finger", help="finger.toml")
-    parser.add_argument("--force", metavar="F", required=True, help='force of the touches, "20 N/m"; on an area "1 N"')
-    parser.add_argument("--friction", type=float, metavar="MU", help="friction of touches and search ([locate], or 1)")
-    parser.add_argument("--span", metavar="RANGE", help='span of the touches, "-5..5 mm" or "12 mm" (the row)')
-    parser.add_argument("--area", metavar="SIDES", help='on an area: sides of what is touched, "8 mm, 6 mm"')
-    parser.add_argument("--half-width", metavar="LENGTH", help="on an area: radius of the touches, to be found as well")
-    group = parser.add_argument_group("tolerances")
-    for name, text in _HELP.items():
-        group.add_argument(f"--{name}", metavar="X", help=text)
-    group.add_argument("--only", metavar="LIST", help="these sources alone: position,gains")
-    parser.add_argument(
-        "--wanted-position",
-        metavar="LENGTH",
-        help="wanted rms error of the position: say how tight each tolerance has to be",
-    )
-    parser.add_argument("--wanted-angle", metavar="ANGLE", help="wanted rms error of the angle")
-    parser.add_argument(
-        "--calibrate",
-        metavar="KIND",
-        nargs="?",
-        const="both",
-        help="what self-calibration wins back: known, blind or both (both; on an area known)",
-    )
-    parser.add_argument("--fingers", type=int, default=3, metavar="N", help="fingers calibrated for each source (3)")
-    parser.add_argument("--draws", type=int, default=200, metavar="N", help="random fingers for each source (200)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (0)")
-    add_figure(parser, "draw it")
-    add_json(parser)
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("finger", "finger.toml"),
+    option("--force F", 'force of the touches, "20 N/m"; on an area "1 N"', required=True),
+    option("--friction MU", "friction of touches and search ([locate], or 1)", type=float),
+    option("--span RANGE", 'span of the touches, "-5..5 mm" or "12 mm" (the row)'),
+    option("--area SIDES", 'on an area: sides of what is touched, "8 mm, 6 mm"'),
+    option("--half-width LENGTH", "on an area: radius of the touches, to be found as well"),
+    group(
+        "tolerances",
+        "",
+        *(option(f"--{name} X", text) for name, text in _HELP.items()),
+        option("--only LIST", "these sources alone: position,gains"),
+    ),
+    option("--wanted-position LENGTH", "wanted rms error of the position: say how tight each tolerance has to be"),
+    option("--wanted-angle ANGLE", "wanted rms error of the angle"),
+    option("--calibrate KIND", _WON_BACK, nargs="?", const="both"),
+    option("--fingers N", "fingers calibrated for each source (3)", 3),
+    option("--draws N", "random fingers for each source (200)", 200),
+    option("--seed N", "seed of the random numbers (0)", 0),
+    figure("draw it"),
+    JSON,
+    notes=_NOTES,
+)
+def run_tolerances(options: argparse.Namespace) -> int:
     """Run the command."""
-    check_figure(options.figure)
     file = io.load(options.finger)
     touches = _touches(options, file)
     amounts = _amounts(options, file)

@@ -11,8 +11,9 @@ from typing import Any, TextIO
 
 from .. import io
 from ..errors import InvalidValueError
-from .cluster import add_dask, cluster
-from .common import add_json, describe, give, progress_bar
+from .cluster import DASK, cluster
+from .common import give, progress_bar
+from .options import JSON, command, option
 
 _EXAMPLES = """\
   subskin touches --example > touches.toml             # a file to begin with; every key is explained in it
@@ -28,21 +29,18 @@ same file gives the same bits, whoever computes it. Needs pip install "subskin[t
 """
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("touches", nargs="?", help="touches.toml")
-    parser.add_argument("-o", "--out", metavar="DIR", help="the Zarr store, a folder, as touches.zarr")
-    parser.add_argument(
-        "--plan", action="store_true", help="say what all of it will cost, from the first shard, and stop"
-    )
-    parser.add_argument("--workers", type=int, metavar="N", help="shards computed at a time (one for each core)")
-    add_dask(parser)
-    parser.add_argument("--example", action="store_true", help="print an example of touches.toml and stop")
-    add_json(parser)
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _EXAMPLES,
+    option("touches?", "touches.toml"),
+    option("-o --out DIR", "the Zarr store, a folder, as touches.zarr"),
+    option("--plan", "say what all of it will cost, from the first shard, and stop"),
+    option("--workers N", "shards computed at a time (one for each core)", type=int),
+    DASK,
+    option("--example", "print an example of touches.toml and stop"),
+    JSON,
+    notes=_NOTES,
+)
+def run_touches(options: argparse.Namespace) -> int:
     """Run the command."""
     if options.example:
         sys.stdout.write(files("subskin.io").joinpath("touches_example.toml").read_text(encoding="utf-8"))

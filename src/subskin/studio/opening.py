@@ -14,7 +14,7 @@ from ..errors import FileError, InvalidValueError
 if TYPE_CHECKING:
     import uvicorn
 
-    from .guard import Keys
+    from .server import Keys
     from .studio import Studio
 
 __all__ = ["bound", "serve", "served"]
@@ -59,7 +59,7 @@ def serve(
         import websockets  # noqa: F401
     except ModuleNotFoundError as error:
         raise FileError(f"{error.name}", "the studio needs it", 'pip install "subskin[studio]"') from None
-    from .guard import Keys, kept_secret
+    from .server import Keys, kept_secret
     from .studio import Studio
 
     studio = Studio(file, device)
@@ -89,8 +89,8 @@ def served(studio: Studio, keys: Keys) -> uvicorn.Server:
     """
     import uvicorn
 
-    from .protocol import LARGEST
     from .server import app_of
+    from .view import LARGEST
 
     settings = uvicorn.Config(
         app_of(studio, keys),

@@ -13,10 +13,12 @@ from ..errors import InvalidValueError
 from ..io.finger_file import FingerFile
 from ..loads import force_unit
 
-__all__ = ["Answer", "FromPage", "StudioView", "asked", "done", "drawn"]
+__all__ = ["LARGEST", "Answer", "FromPage", "StudioView", "asked", "done", "drawn"]
 
 Answer = tuple[dict[str, Any], list[npt.NDArray[np.uint8]]]
 """What goes as JSON, and fields that go as they are."""
+LARGEST = 256 * 1024
+"""Bytes of a message from the page; a larger one ends the connection."""
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 _STRICT = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

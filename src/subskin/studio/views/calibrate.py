@@ -14,8 +14,7 @@ from ...io.finger_file import FingerFile, save_finger
 from ...io.units import quantity
 from ...live.bench import Bench
 from ...live.session import candidates_of
-from ..protocol import LARGEST
-from ..view import FromPage, asked, done, drawn
+from ..view import LARGEST, FromPage, asked, done, drawn
 from .feed import Fed
 from .touches import BenchFeed, TouchesFeed
 

@@ -1,4 +1,4 @@
-"""`subskin replay`: a recording -> the same chain again, or that of another finger."""
+"""`subskin replay`, `recover` and `convert`: a recording run again, saved, or made into another file."""
 
 from __future__ import annotations
 
@@ -11,37 +11,38 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io, live
 from ..errors import FileError, InvalidValueError, printable
-from .common import add_json, describe, give, progress_bar, say
+from ..io.units import quantity
+from .common import give, progress_bar, say
+from .options import JSON, command, option
 
 if TYPE_CHECKING:
     from ..live.replay import Replay
     from .live_view import View
 
-_EXAMPLES = """\
+_REPLAY = """\
   subskin replay touch.parquet                      does the chain give what was recorded, to the last bit?
   subskin replay touch.parquet --speed 1 --from 10 --to 20
   subskin replay touch.parquet --finger calibrated.toml -o again.parquet
 """
-_NOTES = """\
+_REPLAY_NOTES = """\
 The chain gets again what it got at the time of the recording: raw frames with the times of the computer, and
 commands such as "zero now". Without --finger the answers are compared with those in the recording. A recording that
 was not closed (.arrows) can be replayed as well.
 """
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
-    describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("recording", metavar="FILE", help="the recording")
-    parser.add_argument("--finger", metavar="FILE", help="another finger.toml")
-    parser.add_argument("--speed", type=float, metavar="X", help="times as fast as it happened (as fast as it can)")
-    parser.add_argument("--from", dest="begin", metavar="TIME", help='show from here on, "10 s" (the beginning)')
-    parser.add_argument("--to", dest="end", metavar="TIME", help="stop here (the end)")
-    parser.add_argument("-o", "--out", metavar="FILE", help="write it as a new recording: .parquet, .csv, .mcap")
-    add_json(parser)
-
-
-def run(options: argparse.Namespace) -> int:
+@command(
+    _REPLAY,
+    option("recording FILE", "the recording"),
+    option("--finger FILE", "another finger.toml"),
+    option("--speed X", "times as fast as it happened (as fast as it can)", type=float),
+    option("--from TIME", 'show from here on, "10 s" (the beginning)', dest="begin"),
+    option("--to TIME", "stop here (the end)", dest="end"),
+    option("-o --out FILE", "write it as a new recording: .parquet, .csv, .mcap"),
+    JSON,
+    notes=_REPLAY_NOTES,
+)
+def run_replay(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..live.convert import check_kind, write
     from ..live.recording import opened
@@ -65,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
         with progress_bar("frames", None) if view is None else nullcontext(_nothing) as advance:
             watched.advance = advance
             if view is not None:
-                _follow(watched, view)
+                _shown_at_speed(watched, view)
             elif kind is None:
                 for _ in watched:
                     pass
@@ -77,8 +78,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _time(text: str | None, name: str, usual: float) -> float:
-    from ..io.units import quantity
-
     return usual if text is None else quantity(text, "s", name)
 
 
@@ -90,7 +89,7 @@ def _nothing(count: int) -> None:
     """No bar: what is replayed at a speed is shown itself."""
 
 
-def _follow(watched: _Watched, view: View) -> None:
+def _shown_at_speed(watched: _Watched, view: View) -> None:
     drawn = -float("inf")
     with view:
         for batch in watched:
@@ -173,3 +172,109 @@ class _Watched:
         elif told["same"] is not None:
             names = ", ".join(told["different_columns"][:8])
             print(f"{told['different_rows']} of {told['rows']} rows differ from the recording, in {names}", file=out)
+
+
+_RECOVER = """\
+  subskin recover touch.parquet.arrows
+  subskin recover touch.parquet.arrows -o saved.parquet
+"""
+_RECOVER_NOTES = """\
+While `subskin live --record touch.parquet` records, the file is called touch.parquet.arrows. It stays behind where the
+program was killed, or the power failed. Everything up to its last whole part can be read. The old file stays.
+"""
+
+
+@command(
+    _RECOVER,
+    option("recording FILE.arrows", "the recording that was not closed"),
+    option("-o --out FILE", "the new recording, Parquet (the name without .arrows)"),
+    JSON,
+    notes=_RECOVER_NOTES,
+)
+def run_recover(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..live.recording import recover
+
+    found = recover(options.recording, options.out)
+
+    def people(out: TextIO) -> None:
+        print(f"{found.frames} frames, {found.seconds:.1f} s -> {printable(found.path)}", file=out)
+        if found.left:
+            print(f"could not be read: {printable(found.left)}", file=out)
+
+    def data() -> dict[str, object]:
+        told = {name: getattr(found, name) for name in ("rows", "frames", "seconds", "left", "closed")}
+        return {**told, "path": str(found.path)}
+
+    return give(options, data, people)
+
+
+_CONVERT = """\
+  subskin convert touch.parquet touch.csv
+  subskin convert touch.parquet touch.mcap --topic /left/finger
+  subskin convert touch.parquet touch_bag --to rosbag2
+  subskin convert touch.parquet touch_set --to lerobot --fps 30 --task "pick up the cup"
+  subskin convert robot.mcap touch.parquet --topic /left/tactile --finger finger.toml
+"""
+_CONVERT_NOTES = """\
+The ending of the new file names its format: .parquet, .csv, .mcap; or --to does. rosbag2 and lerobot are folders.
+A bag (.mcap, .bag, .db3, or a folder of rosbag2) becomes a recording without estimates: `subskin replay` makes these.
+MCAP and bags need `pip install "subskin[log]"`.
+"""
+
+
+@command(
+    _CONVERT,
+    option("recording FILE", "the recording, or a bag"),
+    option("out NEW", "the new file or folder"),
+    option("--to {parquet,csv,mcap,rosbag2,lerobot}", "format of the new file"),
+    option("--topic NAME", "what the topics begin with (/subskin); of a bag, the one to read"),
+    option("--fps RATE", "ticks a second of lerobot (30)", type=float),
+    option("--task TEXT", "what was done, for lerobot (touch)"),
+    option("--finger FILE", "finger.toml of the frames in a bag"),
+    JSON,
+    notes=_CONVERT_NOTES,
+)
+def run_convert(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..live.convert import check_kind, convert
+    from ..live.sinks.bags import is_bag, read_bag
+
+    kind = check_kind(options.out, options.to)
+    told: dict[str, Any] = {"out": options.out, "kind": kind}
+    if is_bag(options.recording):
+        given = {name: value for name in ("fps", "task") if (value := getattr(options, name)) is not None}
+        if kind != "parquet" or given:
+            fix = f"subskin convert {options.recording} touch.parquet, and that one to {kind}"
+            raise FileError(options.recording, "a bag becomes a recording first, Parquet", fix)
+        file = None if options.finger is None else io.load(options.finger)
+        told["frames"], told["left"] = read_bag(options.recording, options.out, options.topic, file)
+    else:
+        if options.finger is not None:
+            raise FileError(f"--finger {options.finger}", "a recording has its finger", "subskin replay --finger")
+        names = ("topic", "fps", "task")
+        chosen = {name: value for name in names if (value := getattr(options, name)) is not None}
+        convert(options.recording, options.out, kind, **chosen)
+        if kind in ("mcap", "rosbag2"):
+            _warn_of_newtons(options.recording)
+
+    def people(out: TextIO) -> None:
+        frames = f"{told['frames']} frames " if "frames" in told else ""
+        print(f"{frames}-> {printable(options.out)}", file=out)
+        if told.get("left"):
+            print(f"could not be read: {printable(told['left'])}", file=out)
+
+    return give(options, lambda: told, people)
+
+
+def _warn_of_newtons(path: str) -> None:
+    from ..live.recording import opened
+
+    with opened(path) as recording:
+        if not recording.about.newtons:
+            relative = recording.about.relative
+            said = "multiples of the load of a calibration's touches" if relative else "in N/m, of long contacts"
+            what = f"forces are {said}, and no WrenchStamped is written"
+            better = "touches of known force" if relative else '[touch] length = "10 mm" in the finger file'
+            fix = f"{better}, and subskin replay --finger finger.toml -o new.parquet"
+            print(f"subskin: warning: {printable(path)}: {what}. Fix: {fix}", file=sys.stderr)
