@@ -10,8 +10,8 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from subskin.studio.server import Keys
 from subskin.studio.opening import bound, served
+from subskin.studio.server import Keys
 from subskin.studio.studio import Studio
 
 HERE = Path(__file__).parent

@@ -16,12 +16,10 @@ from matplotlib.figure import Figure
 from ..errors import InvalidValueError
 from ..io.files import path_of
 from .above import finger_above
-from .blind import blind_figure
 from .compliance import compliance_figure, figure_17
 from .half_plane import half_plane_map_figure, tip_map_figure
-from .memo_contacts import figure_9, figure_11, figure_12, figure_13
 from .memo_filter import figure_14, figure_15
-from .memo_lines import figure_2, figure_3, figure_6
+from .memo_lines import figure_2, figure_3, figure_6, figure_9, figure_11, figure_12, figure_13
 from .pieces import COMPONENTS
 from .placement import design_map_figure, placement_figure, placement_study_figure
 from .pressure import pressure_figure, pressure_image_figure, pressure_movie
@@ -29,13 +27,11 @@ from .response import aliasing_figure, density_figure, response_figure
 from .ridges import figure_16, pressed_ridges_figure, ridge_figure
 from .section import finger_section
 from .shown import estimate_figure, field_map, finger_figure
-from .side_angle import side_angle_figure
-from .slip import slip_figure
+from .slip import side_angle_figure, slip_figure
 from .strips import contact_strip, drift_figure, probability_strip
 from .style import finished, save
-from .tolerance import tolerance_figure
-from .truth import truth_against_estimate
-from .truth_above import truth_above
+from .tolerance import blind_figure, tolerance_figure
+from .truth import truth_above, truth_against_estimate
 from .two_point import figure_18, figure_19, two_point_figure, two_point_study_figure
 
 __all__ = [

@@ -22,8 +22,7 @@ from ..finger import Finger
 from ..material import Material
 from ..pressing import ParticleOnFlat, press
 from ..skin import Round
-from .parts import plain
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, SKY, VERMILLION, finished, new_figure
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, SKY, VERMILLION, finished, new_figure, plain
 
 __all__ = ["compliance_figure", "figure_17"]
 

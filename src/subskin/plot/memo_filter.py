@@ -17,9 +17,8 @@ from ..design import aliasing_error, sensor_density, spatial_response
 from ..finger import Finger
 from ..material import Material
 from ..skin import HalfPlane, Layer, Layered
-from .parts import legend, zero_line
 from .response import COLOURS, LOADS, decades
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREY, ORANGE, VERMILLION, new_figure
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREY, ORANGE, VERMILLION, legend, new_figure, zero_line
 
 __all__ = ["figure_14", "figure_15"]
 

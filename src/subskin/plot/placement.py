@@ -18,8 +18,7 @@ from .._check import FloatArray
 from ..design.placement import PlacementQuality
 from ..design.search import DesignedFinger, DesignStudy
 from ..errors import GeometryError, InvalidValueError
-from .parts import legend, plain
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, MM, ORANGE, PINK, VERMILLION, finished, new_figure
+from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, MM, ORANGE, PINK, VERMILLION, finished, legend, new_figure, plain
 
 __all__ = ["design_map_figure", "placement_figure", "placement_study_figure"]
 

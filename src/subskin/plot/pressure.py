@@ -20,7 +20,6 @@ from ..errors import GeometryError, InvalidValueError
 from ..estimate import PressureImage, PressureMap, Status
 from ..io.files import replacing
 from ..loads import force_unit
-from .parts import legend, single, zero_line
 from .style import (
     BLACK,
     BLUE,
@@ -33,8 +32,11 @@ from .style import (
     VERMILLION,
     finished,
     house_style,
+    legend,
     new_figure,
     settled,
+    single,
+    zero_line,
 )
 
 __all__ = ["pressure_figure", "pressure_image_figure", "pressure_movie"]

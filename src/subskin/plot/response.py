@@ -12,8 +12,23 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from ..design.response import SpatialResponse
 from ..design.sampling import AliasingError, SensorDensity
 from ..errors import GeometryError
-from .parts import legend, unit_of, zero_line
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, ORANGE, SINGLE, VERMILLION, finished, new_figure
+from .style import (
+    BLACK,
+    BLUE,
+    DASHED,
+    DOUBLE,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    SINGLE,
+    VERMILLION,
+    finished,
+    legend,
+    new_figure,
+    unit_of,
+    zero_line,
+)
 
 __all__ = ["aliasing_figure", "decades", "density_figure", "response_figure"]
 

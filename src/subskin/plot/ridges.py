@@ -16,8 +16,7 @@ from ..design.ridges import PressedRidges, RidgeGain, read_ridged
 from ..errors import GeometryError
 from ..finger import Finger
 from .memo_lines import UNIT_SKIN
-from .parts import legend, plain, zero_line
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, VERMILLION, finished, new_figure
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, VERMILLION, finished, legend, new_figure, plain, zero_line
 
 __all__ = ["figure_16", "pressed_ridges_figure", "ridge_figure"]
 

@@ -19,8 +19,7 @@ from ..estimate import Estimate, Status
 from ..finger import Finger
 from ..skin import Skin
 from . import pieces
-from .parts import frame_of, single, stacked, unit_of, zero_line
-from .style import BLACK, DOUBLE, MM, NORMAL_95, VERMILLION, finished
+from .style import BLACK, DOUBLE, MM, NORMAL_95, VERMILLION, finished, frame_of, single, stacked, unit_of, zero_line
 
 __all__ = ["cut_open", "draw_found", "finger_section"]
 

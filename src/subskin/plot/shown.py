@@ -17,12 +17,10 @@ from ..loads import Load
 from ..skin import Skin
 from . import pieces
 from .above import area_map, finger_above
-from .parts import legend, single
 from .section import cut_open, draw_found, finger_section, window_of
 from .strips import contact_strip
-from .style import BLACK, GREY, MM, SINGLE, finished, new_figure
-from .truth import truth_against_estimate
-from .truth_above import truth_above
+from .style import BLACK, GREY, MM, SINGLE, finished, legend, new_figure, single
+from .truth import truth_above, truth_against_estimate
 
 __all__ = ["estimate_figure", "field_map", "finger_figure"]
 

@@ -15,8 +15,22 @@ from .._check import FloatArray
 from ..decide import TypeDecision
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
-from .parts import legend
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, MM, ORANGE, PINK, SINGLE, SKY, VERMILLION, finished, new_figure
+from .style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    PINK,
+    SINGLE,
+    SKY,
+    VERMILLION,
+    finished,
+    legend,
+    new_figure,
+)
 
 __all__ = ["contact_strip", "drift_figure", "probability_strip"]
 

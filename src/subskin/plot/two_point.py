@@ -16,8 +16,25 @@ from ..design.two_point import TwoPointLimen, TwoPointStudy
 from ..errors import GeometryError
 from ..finger import Finger
 from .memo_lines import UNIT_SKIN
-from .parts import heading, legend, plain, zero_line
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, ORANGE, PINK, SKY, VERMILLION, finished, new_figure
+from .style import (
+    BLACK,
+    BLUE,
+    DASHED,
+    DOUBLE,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    PINK,
+    SKY,
+    VERMILLION,
+    finished,
+    heading,
+    legend,
+    new_figure,
+    plain,
+    zero_line,
+)
 
 __all__ = ["figure_18", "figure_19", "two_point_figure", "two_point_study_figure"]
 
