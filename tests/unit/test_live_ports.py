@@ -312,7 +312,7 @@ class Time:
 def played(monkeypatch, tmp_path, driver, data, rate=None):
     """When each frame of a log came [s]."""
     told = Time()
-    monkeypatch.setattr("subskin.live.ports.files.time", told)
+    monkeypatch.setattr("subskin.live.ports.local.time", told)
     (tmp_path / "log.bin").write_bytes(data)
     came, reads = [], drivers.from_table(driver)
     with Log(opened(f"file:{tmp_path / 'log.bin'}"), drivers.from_table(driver), rate) as log, suppress(PortEnded):

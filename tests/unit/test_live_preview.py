@@ -22,7 +22,7 @@ from subskin.cli.live_preview import Preview, _newest
 from subskin.cli.live_view import PlainLines
 from subskin.errors import InvalidValueError
 from subskin.live import Chain, DeviceFrames, Live
-from subskin.live.bare import BareChain
+from subskin.live.batch import BareChain
 from subskin.live.drivers import named
 from subskin.live.ports import FilePort, Log, Port
 from subskin.live.ports.simulated import Simulated

@@ -65,7 +65,7 @@ _BARS = " ▁▂▃▄▅▆▇█"
 )
 def run_bench(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..live.bare import BareChain
+    from ..live.batch import BareChain
     from ..live.bench import Bench
     from ..live.connecting import connected
     from ..live.run import Live

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .._lazy import np
 from ..errors import FileError, InvalidValueError, SubskinError, each_printable, printable
-from ..io.files import check_target, to_standard_output
+from ..io.files import check_target, plain, to_standard_output
 from .options import outputs_of
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ __all__ = [
     "forces_said",
     "give",
     "number",
-    "plain",
     "progress_bar",
     "refuse_response",
     "said_of",
@@ -211,19 +210,6 @@ def _widths(columns: Sequence[Sequence[str]], left: int, room: float) -> list[in
         while sum(widths) > room and (loose := [i for i in group if widths[i] > least[i]]):
             widths[max(loose, key=widths.__getitem__)] -= 1
     return widths
-
-
-def plain(value: Any) -> Any:
-    """What JSON can say; what is not a number is null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):  # a NumPy array or number
-        return plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
 
 
 AREA_COLUMNS = ("position_y", "position_z")

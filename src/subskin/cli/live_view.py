@@ -14,12 +14,13 @@ import numpy as np
 from .._shown import with_error
 from ..decide.verdict import SlipVerdict
 from ..errors import printable
+from ..io.files import plain
 from ..io.finger_file import FingerFile
 from ..live.batch import Batch
 from ..live.events import Event
 from ..loads import force_unit
 from .answers import Answers, estimate_columns
-from .common import number, plain
+from .common import number
 
 __all__ = ["Bars", "JsonLines", "PlainLines", "View"]
 

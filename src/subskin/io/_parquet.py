@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import FileError
+from .files import needed
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -23,18 +24,9 @@ ROWS = 20_000
 
 
 def need_pyarrow(name: str) -> None:
-    """Refuse Parquet where PyArrow is not installed.
-
-    Raises
-    ------
-    FileError
-        It is not.
-    """
-    try:
-        import pyarrow.parquet  # noqa: F401
-    except ImportError:
-        fix = 'pip install "subskin[parquet]", or use CSV'
-        raise FileError(name, "Parquet needs PyArrow, which is not installed", fix) from None
+    """Refuse Parquet, called `name`, where PyArrow is not installed: raises a FileError."""
+    rule, fix = "Parquet needs PyArrow, which is not installed", 'pip install "subskin[parquet]", or use CSV'
+    needed(name, rule, fix, "pyarrow.parquet")
 
 
 @dataclass(frozen=True)

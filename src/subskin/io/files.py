@@ -1,18 +1,20 @@
-"""Files read whole or as a stream, and written whole or not at all."""
+"""Files read whole or as a stream, and written whole or not at all; values as JSON has them."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import itertools
+import math
 import os
 import shutil
 import stat
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from ..errors import FileError, InvalidValueError
 
@@ -20,8 +22,10 @@ __all__ = [
     "apart",
     "check_target",
     "making",
+    "needed",
     "opened",
     "path_of",
+    "plain",
     "read_bytes",
     "replacing",
     "size_of",
@@ -290,6 +294,33 @@ def _unreadable(path: object, error: Exception) -> FileError:
 
 def _unwritable(path: object, error: Exception) -> FileError:
     return FileError(str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file")
+
+
+def plain(value: Any) -> Any:
+    """What JSON can say; what is not a number is null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):  # a NumPy array or number
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def needed(seen: str, rule: str, fix: str, *modules: str) -> Any:
+    """The first of some modules, all of which have to be there.
+
+    Raises
+    ------
+    FileError
+        One is not installed.
+    """
+    try:
+        return [import_module(module) for module in modules][0]
+    except ImportError:
+        raise FileError(seen, rule, fix) from None
 
 
 def size_of(file: BinaryIO) -> int | None:

@@ -20,7 +20,7 @@ from .. import __version__, _check
 from .._tasks import Executor, run_tasks
 from ..errors import FileError, WorkersError
 from ..synthetic import FAULTS, RandomTouches, TouchShard
-from .files import check_target, path_of, umask
+from .files import check_target, needed, path_of, umask
 from .touches_file import CHUNK, TouchesFile
 
 __all__ = ["TouchesCost", "cost_of_touches", "save_touches", "shards_done"]
@@ -201,12 +201,8 @@ def cost_of_touches(file: TouchesFile) -> TouchesCost:
 
 
 def _zarr(path: str | Path) -> Any:
-    try:
-        import zarr
-    except ModuleNotFoundError:
-        rule, fix = "touches need Zarr, which is not installed", 'pip install "subskin[touches]"'
-        raise FileError(str(path), rule, fix) from None
-    return zarr
+    rule, fix = "touches need Zarr, which is not installed", 'pip install "subskin[touches]"'
+    return needed(str(path), rule, fix, "zarr")
 
 
 def _make(zarr: Any, target: Path, file: TouchesFile, count: int | None = None) -> None:

@@ -17,8 +17,7 @@ import numpy as np
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..io.finger_file import FingerFile, load
-from .bare import BareChain
-from .batch import Batch, RingBuffer
+from .batch import BareChain, Batch, RingBuffer
 from .chain import Chain, file_of
 from .connecting import connected
 from .drivers import Driver

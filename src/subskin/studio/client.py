@@ -1,4 +1,9 @@
-"""One page that is connected, and what is said to it: its questions are answered, of several moves the latest."""
+"""One page that is connected, and what is said to it: its questions are answered, of several moves the latest.
+
+The page sends JSON, and gets one binary frame for each answer: [length of the JSON, 32 bits, little-endian][JSON in
+UTF-8][fields, one byte a point]. The JSON names the fields under "fields", each with its shape, in the order of their
+bytes.
+"""
 
 from __future__ import annotations
 

@@ -1,13 +1,11 @@
 """What a device sends, understood: bytes in, frames out, without input or output. Found by name, in files too."""
 
-from .base import Driver
-from .fields import Field
+from .base import Driver, from_table, kinds, load, named
 from .fixed import AnySkin, Described, Fixed
+from .framing import Field
 from .lines import Lines, TakkTile
-from .names import from_table, kinds, load, named
+from .makers import Contactile, Xela
 from .parts import CHECKS
-from .pts import Contactile
-from .xela import Xela
 
 __all__ = [
     "CHECKS",

@@ -13,8 +13,7 @@ from ... import _check
 from ...errors import InvalidValueError, UnknownOptionError
 from ..frames import DeviceFrames
 from .base import Driver
-from .fields import Field, blocks_of, in_units
-from .framing import Bytes, Flags, Framer, Shape
+from .framing import Bytes, Field, Flags, Framer, Shape, blocks_of, in_units
 from .parts import CHECKS, Clock, Counter
 
 __all__ = ["AnySkin", "Described", "Fixed"]

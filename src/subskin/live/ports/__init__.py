@@ -1,11 +1,9 @@
 """Where the bytes of a device come from: serial ports, networks, files, pipes, simulations."""
 
-from .base import Port, PortEnded, PortLost
+from .base import Port, PortEnded, PortLost, opened, schemes
 from .demo import Demo, Robot
-from .files import FilePort, Log, StandardInput
+from .local import FilePort, Log, PluggedIn, SerialPort, StandardInput, listed
 from .network import LslPort, TcpPort, UdpPort, WebSocketPort
-from .opening import opened, schemes
-from .serial_port import PluggedIn, SerialPort, listed
 from .simulated import Faults, Simulated
 
 __all__ = [

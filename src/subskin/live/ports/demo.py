@@ -11,8 +11,8 @@ from ... import _check
 from ..._check import FloatArray
 from ...contact import LineLoad, PointLoad
 from ...errors import InvalidValueError
-from ..drivers.fields import Field
 from ..drivers.fixed import Fixed
+from ..drivers.framing import Field
 from .simulated import Faults, Simulated
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidValueError
-from ..drivers.fields import Field
 from ..drivers.fixed import Fixed
+from ..drivers.framing import Field
 from .base import HeldPort, PortLost, needed
 
 __all__ = ["LslPort", "TcpPort", "UdpPort", "WebSocketPort"]

@@ -1,39 +1,28 @@
-"""The two files that a recording is, with checksums: an Arrow IPC stream while it grows, Parquet when it is closed."""
+"""The two files that a recording is: an Arrow IPC stream while it grows, Parquet when it is closed or recovered."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from ..._frozen import Frozen
 from ...errors import FileError
-from ...io.files import check_target
-from .layout import About, checksum, columns_of, described, schema_of
+from ...io.files import apart, check_target, path_of, replacing
+from .layout import About, checksum, columns_of, need_pyarrow, schema_of
+from .source import batch_size, opened
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["ENDING", "Growing", "ParquetRecording", "StreamReader", "need_pyarrow", "write_parquet"]
+__all__ = ["ENDING", "Growing", "Recovered", "recover", "write_parquet"]
 
 ENDING = ".arrows"
-"""What the name of such a file ends with."""
-
-
-def need_pyarrow(name: str) -> None:
-    """Refuse a recording where PyArrow is not installed.
-
-    Raises
-    ------
-    FileError
-        It is not.
-    """
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        rule = "a recording needs PyArrow, which is not installed"
-        raise FileError(name, rule, 'pip install "subskin[log]"') from None
+"""What the name of a recording that grows ends with."""
 
 
 class _Written:
@@ -141,117 +130,6 @@ class Growing:
         self._whole += size
 
 
-class StreamReader:
-    """Reads such a file, be it cut off or damaged: what is whole is given, the rest is said in `left`.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str
-        What messages call it.
-
-    Raises
-    ------
-    FileError
-        It cannot be read, or its head is damaged.
-    """
-
-    def __init__(self, path: Path, name: str) -> None:
-        need_pyarrow(name)
-        import pyarrow as pa
-
-        self.name, self.left, self.skipped = name, "", 0
-        try:
-            self._file = pa.OSFile(str(path), "rb")  # a map would count the whole file as memory
-            self._size: int = self._file.size()
-        except (OSError, pa.ArrowException) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise FileError(name, f"it cannot be read ({reason})", "check the name and the permissions") from None
-        try:
-            self._reader: Any = pa.ipc.open_stream(self._file)
-            schema = self._reader.schema
-            told = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items()}
-            listed = [f"{field.name}: {field.type}" for field in schema]
-        except (OSError, ValueError, pa.ArrowException, MemoryError):
-            rule = "it is no recording, or it was cut off in its head"
-            raise FileError(name, rule, "name a file that subskin recorded") from None
-        self.about = About.of(told, listed, name)
-        if listed != described(self.about):
-            raise FileError(name, "its columns are not those of a recording", "name a file that subskin recorded")
-        self.closed = False
-
-    def __enter__(self) -> StreamReader:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def __iter__(self) -> Iterator[pa.RecordBatch]:
-        """The batches whose checksum is right; one that is damaged is left out where the next one can be found."""
-        import pyarrow as pa
-
-        expected = 0
-        while True:
-            start = self._file.tell()
-            try:
-                batch, told = self._reader.read_next_batch_with_custom_metadata()
-            except StopIteration:
-                self._ended(start)
-                return
-            except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
-                self.left = f"{self._size - start} bytes from byte {start} on ({_first(error)})"
-                return
-            number = _number(told)
-            if number is None or number < expected or not _whole(batch, number, told):
-                self.skipped += 1
-                self.left = f"a damaged part at byte {start}"
-                continue
-            expected = number + 1
-            yield batch
-
-    def _ended(self, start: int) -> None:
-        after = self._size - self._file.tell()
-        # PyArrow takes the end of the file, and zeros, for the end of the stream as well
-        self._file.seek(start)
-        mark = self._file.read(8)
-        self.closed = mark == b"\xff\xff\xff\xff\0\0\0\0"
-        if mark and not self.closed:
-            self.left = f"{self._size - start} bytes from byte {start} on (no batch begins there)"
-        elif after:
-            self.left = f"{after} bytes after the end"
-
-
-def _first(error: BaseException) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0][:80]
-
-
-def _number(told: Any) -> int | None:
-    try:
-        text = dict(told or {})[b"number"]
-        return int(text) if text.isdigit() and len(text) < 19 else None
-    except (KeyError, ValueError):
-        return None
-
-
-def _whole(batch: pa.RecordBatch, number: int, told: Any) -> bool:
-    """Whether the batch is what was written; one that is not may be anything, and is not touched before it is valid."""
-    import pyarrow as pa
-
-    try:
-        batch.validate(full=True)
-        if any(column.null_count for column in batch.columns):
-            return False
-        return bytes(dict(told)[b"crc32"]).decode("ascii", "replace") == checksum(batch, number)
-    except (pa.ArrowException, ValueError, KeyError, OSError):
-        return False
-
-
-_ROWS = 20_000
-"""Rows that are written, and read, at once: memory holds no more of them."""
-_MOST_CELLS = 4_000_000
-
-
 def write_parquet(path: Path, about: About, batches: Iterable[pa.RecordBatch], closed: str) -> int:
     """Write a recording; returns how many rows it has.
 
@@ -274,7 +152,7 @@ def write_parquet(path: Path, about: About, batches: Iterable[pa.RecordBatch], c
     options: Any = {"use_dictionary": texts, "compression": "zstd", "compression_level": 1, "write_page_checksum": True}
     with pq.ParquetWriter(str(path), schema, **options) as writer:
         held: list[Any] = []
-        most = max(min(_ROWS, _MOST_CELLS // len(schema)), 1)
+        most = batch_size(about)
         for batch in batches:
             rows += batch.num_rows
             held.append(batch)
@@ -287,73 +165,100 @@ def write_parquet(path: Path, about: About, batches: Iterable[pa.RecordBatch], c
     return rows
 
 
-class ParquetRecording:
-    """Reads such a file; what differs from its checksum is refused.
+@dataclass(frozen=True)
+class Recovered(Frozen):
+    """What was found.
 
     Parameters
     ----------
     path : Path
-        The file.
-    name : str
-        What messages call it.
+        The recording that was written.
+    rows, frames : int
+        Its rows, and the frames among them.
+    seconds : float
+        From its first frame to its last [s].
+    left : str
+        What could not be read; "" where all could.
+    closed : bool
+        The recording had been closed, and nothing was wrong with it.
+    """
+
+    path: Path
+    rows: int
+    frames: int
+    seconds: float
+    left: str
+    closed: bool
+
+
+def recover(path: str | Path, target: str | Path | None = None) -> Recovered:
+    """Write all that can be read of a recording to a new file, Parquet; the old one stays as it is.
+
+    A stream that was cut off anywhere gives all batches up to the cut. A batch whose checksum is wrong is left out.
+
+    Parameters
+    ----------
+    path : path-like
+        What is left: a file that ends in .arrows.
+    target : path-like, optional
+        The new file; the name of the old one without .arrows if left out.
 
     Raises
     ------
     FileError
-        It cannot be read, is no recording, or is damaged.
+        Nothing can be read, or the new file cannot be written.
+
+    Examples
+    --------
+    >>> recover("touch.parquet.arrows")
+    Traceback (most recent call last):
+    subskin.errors.FileError: touch.parquet.arrows: there is no such file. Fix: check the name and the folder.
     """
+    new = path_of(_named(path) if target is None else target)
+    with opened(path) as recording:
+        apart({"the recording": str(path)}, {"-o": str(new)})
+        if target is None and new.exists():
+            raise FileError(str(new), "there is such a file already", "name another one with -o")
+        check_target(new)
+        counts = _Counts()
+        with replacing(new) as part:
+            batches = counts.passed(recording.batches())
+            first = next(batches, None)
+            if first is None:
+                raise FileError(str(path), f"no frame can be read{_because(recording.left)}", "record again")
+            rows = write_parquet(part, recording.about, chain([first], batches), "recovered")
+        whole = recording.closed and not recording.left
+        return Recovered(new, rows, counts.frames, counts.seconds, recording.left, whole)
 
-    def __init__(self, path: Path, name: str) -> None:
-        need_pyarrow(name)
-        import pyarrow as pa
-        import pyarrow.parquet as pq
 
-        self.name = name
-        try:
-            # no buffer_size: a buffered page takes as much memory as its head says, which may be damaged
-            self._file: Any = pq.ParquetFile(
-                path, page_checksum_verification=True, pre_buffer=False, memory_map=False,
-                thrift_string_size_limit=1 << 26, thrift_container_size_limit=1 << 22,
-            )  # fmt: skip
-            schema = self._file.schema_arrow
-            told = {
-                k.decode(): v.decode() for k, v in (self._file.metadata.metadata or {}).items() if k[:8] == b"subskin."
-            }
-            listed = [f"{field.name}: {field.type}" for field in schema]
-        except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
-            raise self._damaged(error) from None
-        self.about = About.of(told, listed, name)
-        self.rows = int(self._file.metadata.num_rows)
-        if listed != described(self.about) or told.get("subskin.rows") != str(self.rows):
-            raise FileError(name, "it is damaged: its columns or rows are not those that were written", "copy it again")
+def _because(left: str) -> str:
+    return f" ({left})" if left else ""
 
-    def __enter__(self) -> ParquetRecording:
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
+def _named(path: str | Path) -> str:
+    name = str(path)
+    if not name.endswith(ENDING):
+        return f"{name}.recovered.parquet"
+    name = name.removesuffix(ENDING)
+    return name if name.endswith(".parquet") else f"{name}.parquet"
 
-    def __iter__(self) -> Iterator[pa.RecordBatch]:
-        import pyarrow as pa
 
-        rows, most = 0, max(min(_ROWS, _MOST_CELLS // max(len(columns_of(self.about)), 1)), 1)
-        batches = self._file.iter_batches(batch_size=most, use_threads=False)
-        while True:
-            try:
-                batch = next(batches, None)
-                if batch is not None:
-                    batch.validate(full=True)
-            except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
-                raise self._damaged(error) from None
-            if batch is None:
-                break
-            if any(column.null_count for column in batch.columns):
-                raise FileError(self.name, "it is damaged: it holds empty cells", "copy it again")
-            rows += batch.num_rows
+class _Counts:
+    """Counts what passes."""
+
+    def __init__(self) -> None:
+        self.frames, self._first, self._last = 0, float("nan"), float("nan")
+
+    def passed(self, batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
+        for batch in batches:
+            kinds = batch.column("kind").to_pylist()
+            time = batch.column("time").to_numpy()[[i for i, kind in enumerate(kinds) if kind == "frame"]]
+            self.frames += len(time)
+            if time.size:
+                self._first = time[0] if self._first != self._first else self._first
+                self._last = time[-1]
             yield batch
-        if rows != self.rows:
-            raise FileError(self.name, f"it is damaged: it has {rows} of {self.rows} rows", "copy it again")
 
-    def _damaged(self, error: BaseException) -> FileError:
-        said = (str(error).splitlines() or [type(error).__name__])[0][:80]
-        return FileError(self.name, f"it is damaged, or no Parquet file ({said})", "copy it again")
+    @property
+    def seconds(self) -> float:
+        return float(self._last - self._first) if self.frames else 0.0

@@ -20,6 +20,7 @@ import numpy as np
 from ... import _check
 from ..._frozen import Frozen
 from ...errors import FileError, InvalidValueError
+from ...io.files import needed
 from ...io.finger_file import FingerFile
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ __all__ = [
     "contact_of",
     "described",
     "joined",
+    "need_pyarrow",
     "schema_of",
     "unknowns_of",
     "versions",
@@ -289,6 +291,11 @@ def contact_of(axes: str) -> list[str]:
 def described(about: About) -> list[str]:
     """Name and kind of each column, as checksums take them."""
     return [f"{name}: {kind}" for name, kind in columns_of(about).items()]
+
+
+def need_pyarrow(name: str) -> None:
+    """Refuse a recording, called `name`, where PyArrow is not installed: raises a FileError."""
+    needed(name, "a recording needs PyArrow, which is not installed", 'pip install "subskin[log]"', "pyarrow")
 
 
 def schema_of(about: About) -> pa.Schema:

@@ -14,6 +14,7 @@ from ...decide import Slip
 from ...decide.verdict import SlipVerdict
 from ...estimate.either import Either
 from ...estimate.estimate import Estimate, Status
+from ...io.files import plain
 from ..batch import Batch
 from .layout import COMMAND, DTYPE, EMPTY, EVENT, FRAME, STEP, About, columns_of, contact_of, schema_of, unknowns_of
 
@@ -172,17 +173,7 @@ def _told(step: int, event: Any) -> dict[str, Any]:
 
 def _json(values: Mapping[str, Any]) -> str:
     """Values as JSON; what is no number there is null."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {str(key): plain(item) for key, item in value.items()}
-        if hasattr(value, "tolist"):
-            return plain(value.tolist())
-        if isinstance(value, list | tuple):
-            return [plain(item) for item in value]
-        return None if isinstance(value, float) and not np.isfinite(value) else value
-
-    return json.dumps(plain(dict(values)), allow_nan=False) if values else ""
+    return json.dumps(plain(values), allow_nan=False) if values else ""
 
 
 def _frames(batches: Sequence[Batch], about: About) -> dict[str, Any]:

@@ -1,28 +1,28 @@
-"""A recording read again, whichever of its two files it is; and what is left of a damaged one, made whole again."""
+"""A recording read again, whichever of its two files it is: rows as they were written, and the steps that made them."""
 
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
 from ..._frozen import Frozen
 from ...errors import FileError
-from ...io.files import apart, check_target, path_of, replacing
 from ...io.files import opened as opened_file
+from ...io.files import path_of
 from ..frames import DeviceFrames
-from .files import ENDING, ParquetRecording, StreamReader, write_parquet
-from .layout import COMMAND, EVENT, FRAME, STEP, About, joined
+from .layout import COMMAND, EVENT, FRAME, STEP, About, checksum, columns_of, described, joined, need_pyarrow
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["OpenRecording", "Recovered", "RowSource", "Step", "opened", "recover"]
+__all__ = ["OpenRecording", "RowSource", "Step", "batch_size", "opened"]
 
 _KINDS = {FRAME, STEP, COMMAND, EVENT}
 _LONGEST = 1_000_000
@@ -74,36 +74,55 @@ class RowSource(Protocol):
         """The rows, some thousand at a time."""
 
 
-class OpenRecording:
-    """A recording that is open; made by `opened`.
+class OpenRecording(ABC):
+    """A recording that is open; made by `opened`: the stream that grows, or the Parquet file that it becomes.
 
     Parameters
     ----------
-    source : StreamReader or ParquetRecording
-        What reads the file.
+    path : Path
+        The file.
+    name : str
+        What messages call it.
     whole : bool
         Refuse what was not closed, or is damaged, where its readable part ends.
+
+    Raises
+    ------
+    FileError
+        It cannot be read, is no recording, or is damaged.
     """
 
-    def __init__(self, source: StreamReader | ParquetRecording, whole: bool = False) -> None:
-        self._source, self._whole = source, whole
-        self.about: About = source.about
-        self.name: str = source.name
-
-    @property
-    def left(self) -> str:
-        """What could not be read, known after `batches` has ended; "" where all could."""
-        return self._source.left if isinstance(self._source, StreamReader) else ""
-
-    @property
-    def closed(self) -> bool:
-        """Whether the recording was closed, known after `batches` has ended; a stream that was killed was not."""
-        return self._source.closed if isinstance(self._source, StreamReader) else True
-
-    @property
-    def rows(self) -> int | None:
+    def __init__(self, path: Path, name: str, whole: bool = False) -> None:
+        need_pyarrow(name)
+        self.name, self._whole = name, whole
+        self.rows: int | None = None
         """How many rows there are; None of a stream, which does not know."""
-        return None if isinstance(self._source, StreamReader) else self._source.rows
+        self.left, self.closed = "", True
+        """What could not be read, "" where all could; whether it was closed. Known after `batches` has ended."""
+        self._file: Any = None
+        schema, told = self._head(path)
+        listed = [f"{field.name}: {field.type}" for field in schema]
+        self.about = About.of(told, listed, name)
+        if listed != described(self.about) or str(self.rows) != told.get("subskin.rows", str(self.rows)):
+            raise self._other()
+
+    @abstractmethod
+    def _head(self, path: Path) -> tuple[pa.Schema, dict[str, str]]:
+        """The schema of the file, which is then open, and what its metadata say."""
+
+    @abstractmethod
+    def _other(self) -> FileError:
+        """The error of a file with other columns or rows than its head says."""
+
+    @abstractmethod
+    def _batches(self) -> Iterator[pa.RecordBatch]:
+        """The batches that are whole."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
 
     def batches(self) -> Iterator[pa.RecordBatch]:
         """The rows, some thousand at a time.
@@ -114,7 +133,7 @@ class OpenRecording:
             A Parquet file that is damaged. A stream ends where it is damaged, and `left` says so; where it had to be
             `whole` it is refused there.
         """
-        yield from self._source
+        yield from self._batches()
         if self._whole and (self.left or not self.closed):
             rule = "it was not closed" + (f", and {self.left} cannot be read" if self.left else "")
             raise FileError(self.name, rule, f"subskin recover {self.name}")
@@ -177,6 +196,149 @@ class OpenRecording:
         return told
 
 
+class _Stream(OpenRecording):
+    """An Arrow IPC stream, be it cut off or damaged: what is whole is given, the rest is said in `left`."""
+
+    def _head(self, path: Path) -> tuple[pa.Schema, dict[str, str]]:
+        import pyarrow as pa
+
+        self.closed = False
+        try:
+            self._file = pa.OSFile(str(path), "rb")  # a map would count the whole file as memory
+            self._size: int = self._file.size()
+        except (OSError, pa.ArrowException) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise FileError(self.name, f"it cannot be read ({reason})", "check the name and the permissions") from None
+        try:
+            self._reader: Any = pa.ipc.open_stream(self._file)
+            schema = self._reader.schema
+            return schema, {key.decode(): value.decode() for key, value in (schema.metadata or {}).items()}
+        except (OSError, ValueError, pa.ArrowException, MemoryError):
+            rule = "it is no recording, or it was cut off in its head"
+            raise FileError(self.name, rule, "name a file that subskin recorded") from None
+
+    def _other(self) -> FileError:
+        rule = "its columns are not those of a recording"
+        return FileError(self.name, rule, "name a file that subskin recorded")
+
+    def _batches(self) -> Iterator[pa.RecordBatch]:
+        """The batches whose checksum is right; one that is damaged is left out where the next one can be found."""
+        import pyarrow as pa
+
+        expected = 0
+        while True:
+            start = self._file.tell()
+            try:
+                batch, told = self._reader.read_next_batch_with_custom_metadata()
+            except StopIteration:
+                self._ended(start)
+                return
+            except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
+                self.left = f"{self._size - start} bytes from byte {start} on ({_first(error)})"
+                return
+            number = _number(told)
+            if number is None or number < expected or not _whole(batch, number, told):
+                self.left = f"a damaged part at byte {start}"
+                continue
+            expected = number + 1
+            yield batch
+
+    def _ended(self, start: int) -> None:
+        after = self._size - self._file.tell()
+        # PyArrow takes the end of the file, and zeros, for the end of the stream as well
+        self._file.seek(start)
+        mark = self._file.read(8)
+        self.closed = mark == b"\xff\xff\xff\xff\0\0\0\0"
+        if mark and not self.closed:
+            self.left = f"{self._size - start} bytes from byte {start} on (no batch begins there)"
+        elif after:
+            self.left = f"{after} bytes after the end"
+
+
+def _first(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0][:80]
+
+
+def _number(told: Any) -> int | None:
+    try:
+        text = dict(told or {})[b"number"]
+        return int(text) if text.isdigit() and len(text) < 19 else None
+    except (KeyError, ValueError):
+        return None
+
+
+def _whole(batch: pa.RecordBatch, number: int, told: Any) -> bool:
+    """Whether the batch is what was written; one that is not may be anything, and is not touched before it is valid."""
+    import pyarrow as pa
+
+    try:
+        batch.validate(full=True)
+        if any(column.null_count for column in batch.columns):
+            return False
+        return bytes(dict(told)[b"crc32"]).decode("ascii", "replace") == checksum(batch, number)
+    except (pa.ArrowException, ValueError, KeyError, OSError):
+        return False
+
+
+class _Parquet(OpenRecording):
+    """A Parquet file: what differs from its checksum is refused."""
+
+    def _head(self, path: Path) -> tuple[pa.Schema, dict[str, str]]:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        try:
+            # no buffer_size: a buffered page takes as much memory as its head says, which may be damaged
+            self._file = pq.ParquetFile(
+                path, page_checksum_verification=True, pre_buffer=False, memory_map=False,
+                thrift_string_size_limit=1 << 26, thrift_container_size_limit=1 << 22,
+            )  # fmt: skip
+            self.rows = int(self._file.metadata.num_rows)
+            found = (self._file.metadata.metadata or {}).items()
+            told = {key.decode(): value.decode() for key, value in found if key[:8] == b"subskin."}
+            return self._file.schema_arrow, {"subskin.rows": "", **told}
+        except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
+            raise self._damaged(error) from None
+
+    def _other(self) -> FileError:
+        rule = "it is damaged: its columns or rows are not those that were written"
+        return FileError(self.name, rule, "copy it again")
+
+    def _batches(self) -> Iterator[pa.RecordBatch]:
+        import pyarrow as pa
+
+        rows = 0
+        batches = self._file.iter_batches(batch_size=batch_size(self.about), use_threads=False)
+        while True:
+            try:
+                batch = next(batches, None)
+                if batch is not None:
+                    batch.validate(full=True)
+            except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
+                raise self._damaged(error) from None
+            if batch is None:
+                break
+            if any(column.null_count for column in batch.columns):
+                raise FileError(self.name, "it is damaged: it holds empty cells", "copy it again")
+            rows += batch.num_rows
+            yield batch
+        if rows != self.rows:
+            raise FileError(self.name, f"it is damaged: it has {rows} of {self.rows} rows", "copy it again")
+
+    def _damaged(self, error: BaseException) -> FileError:
+        return FileError(self.name, f"it is damaged, or no Parquet file ({_first(error)})", "copy it again")
+
+
+_ROWS = 20_000
+"""Rows that are written, and read, at once: memory holds no more of them."""
+_MOST_CELLS = 4_000_000
+
+
+def batch_size(about: About) -> int:
+    """How many rows of a recording are written, and read, at once."""
+    return max(min(_ROWS, _MOST_CELLS // max(len(columns_of(about)), 1)), 1)
+
+
 @contextmanager
 def opened(path: str | Path, *, whole: bool = False) -> Iterator[OpenRecording]:
     """Open a recording: a closed one (Parquet), or a stream that still grows or was cut off (.arrows).
@@ -207,110 +369,5 @@ def opened(path: str | Path, *, whole: bool = False) -> Iterator[OpenRecording]:
     if start == b"kind" and str(path).lower().endswith(".csv"):
         rule = "a CSV of a recording has no finger in it, and cannot be replayed or converted"
         raise FileError(str(path), rule, "record .parquet; subskin convert touch.parquet touch.csv makes the CSV of it")
-    reader = ParquetRecording if start == b"PAR1" else StreamReader
-    with reader(path_of(path), str(path)) as source:
-        yield OpenRecording(source, whole)
-
-
-@dataclass(frozen=True)
-class Recovered(Frozen):
-    """What was found.
-
-    Parameters
-    ----------
-    path : Path
-        The recording that was written.
-    rows, frames : int
-        Its rows, and the frames among them.
-    seconds : float
-        From its first frame to its last [s].
-    left : str
-        What could not be read; "" where all could.
-    closed : bool
-        The recording had been closed, and nothing was wrong with it.
-    """
-
-    path: Path
-    rows: int
-    frames: int
-    seconds: float
-    left: str
-    closed: bool
-
-
-def recover(path: str | Path, target: str | Path | None = None) -> Recovered:
-    """Write all that can be read of a recording to a new file, Parquet; the old one stays as it is.
-
-    A stream that was cut off anywhere gives all batches up to the cut. A batch whose checksum is wrong is left out.
-
-    Parameters
-    ----------
-    path : path-like
-        What is left: a file that ends in .arrows.
-    target : path-like, optional
-        The new file; the name of the old one without .arrows if left out.
-
-    Raises
-    ------
-    FileError
-        Nothing can be read, or the new file cannot be written.
-
-    Examples
-    --------
-    >>> recover("touch.parquet.arrows")
-    Traceback (most recent call last):
-    subskin.errors.FileError: touch.parquet.arrows: there is no such file. Fix: check the name and the folder.
-    """
-    new = path_of(_named(path) if target is None else target)
-    with opened(path) as recording:
-        apart({"the recording": str(path)}, {"-o": str(new)})
-        if target is None and new.exists():
-            raise FileError(str(new), "there is such a file already", "name another one with -o")
-        check_target(new)
-        counts = _Counts()
-        with replacing(new) as part:
-            batches = counts.passed(recording.batches())
-            first = next(batches, None)
-            if first is None:
-                raise FileError(str(path), f"no frame can be read{_because(recording.left)}", "record again")
-
-            def rest() -> Iterator[pa.RecordBatch]:
-                yield first
-                yield from batches
-
-            rows = write_parquet(part, recording.about, rest(), "recovered")
-        whole = recording.closed and not recording.left
-        return Recovered(new, rows, counts.frames, counts.seconds, recording.left, whole)
-
-
-def _because(left: str) -> str:
-    return f" ({left})" if left else ""
-
-
-def _named(path: str | Path) -> str:
-    name = str(path)
-    if not name.endswith(ENDING):
-        return f"{name}.recovered.parquet"
-    name = name.removesuffix(ENDING)
-    return name if name.endswith(".parquet") else f"{name}.parquet"
-
-
-class _Counts:
-    """Counts what passes."""
-
-    def __init__(self) -> None:
-        self.frames, self._first, self._last = 0, float("nan"), float("nan")
-
-    def passed(self, batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
-        for batch in batches:
-            kinds = batch.column("kind").to_pylist()
-            time = batch.column("time").to_numpy()[[i for i, kind in enumerate(kinds) if kind == "frame"]]
-            self.frames += len(time)
-            if time.size:
-                self._first = time[0] if self._first != self._first else self._first
-                self._last = time[-1]
-            yield batch
-
-    @property
-    def seconds(self) -> float:
-        return float(self._last - self._first) if self.frames else 0.0
+    with (_Parquet if start == b"PAR1" else _Stream)(path_of(path), str(path), whole) as recording:
+        yield recording

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...errors import FileError
-from ...io.files import making
+from ...io.files import making, needed
 from ..recording.layout import About, columns_of
 from ..recording.source import RowSource
 from .filled import DEFINITIONS, Filled
@@ -20,20 +19,9 @@ __all__ = ["CHUNK", "Messages", "need_log", "typestore", "write_bag", "write_mca
 
 
 def need_log(name: str) -> None:
-    """Refuse bags where the libraries for them are not installed.
-
-    Raises
-    ------
-    FileError
-        They are not.
-    """
-    try:
-        import mcap
-        import rosbags  # noqa: F401
-    except ImportError:
-        rule = "bags need mcap and rosbags, which are not installed"
-        raise FileError(name, rule, 'pip install "subskin[log]"') from None
-    del mcap
+    """Refuse bags, called `name`, where the libraries for them are not installed: raises a FileError."""
+    rule = "bags need mcap and rosbags, which are not installed"
+    needed(name, rule, 'pip install "subskin[log]"', "mcap", "rosbags")
 
 
 def typestore() -> Any:

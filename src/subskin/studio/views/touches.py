@@ -16,7 +16,7 @@ from ...calibration import Calibration, calibrate
 from ...errors import FileError
 from ...io.finger_file import FingerFile
 from ...io.tables import Table, read_table
-from ...live.bare import BareChain
+from ...live.batch import BareChain
 from ...live.bench import Bench
 from ...live.connecting import connected
 from ...live.run import Live
