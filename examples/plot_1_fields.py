@@ -13,7 +13,7 @@ half widths.
 import numpy as np
 
 import subskin as ss
-from subskin.plot.style import BLACK, house_style, new_figure
+from subskin.plot.style import Ink, house_style, new_figure
 
 skin = ss.HalfPlane(ss.Material(young=0.4e6))
 a = 1e-3  # half width [m]
@@ -49,9 +49,9 @@ with house_style():
         )
         shown = np.minimum(contact.pressure(y) * a / contact.normal_force, 1.1)
         panel.fill_between(y / a, -shown, 0, where=np.abs(y) <= a, color="#C9C9C9", lw=0)
-        panel.axhline(0, color=BLACK, lw=0.9)
+        panel.axhline(0, color=Ink.BLACK, lw=0.9)
         for depth in (0.5, 2.0):
-            panel.axhline(depth, color=BLACK, lw=0.6, ls=(0, (4, 3)))
+            panel.axhline(depth, color=Ink.BLACK, lw=0.6, ls=(0, (4, 3)))
         panel.set(title=name, aspect="equal", ylim=(3, -1.15))
         panel.spines["left"].set_bounds(3, 0)
     for panel in panels[:, 0]:

@@ -15,15 +15,7 @@ import numpy as np
 
 import subskin as ss
 from subskin.memo.three_sensors import Verdict, three_sensor
-from subskin.plot.style import (
-    BLACK,
-    GREEN,
-    GREY,
-    ORANGE,
-    VERMILLION,
-    house_style,
-    new_figure,
-)
+from subskin.plot.style import Ink, house_style, new_figure
 
 sensors = np.array([-2.5, 0.0, 2.5])
 depth = 3.0
@@ -40,7 +32,11 @@ for root in found.roots:
 # under one root's load, and all of them pass through the three readings.
 
 skin = ss.HalfPlane(ss.Material(young=1.0))
-colours = {Verdict.ACCEPTED: GREEN, Verdict.PULLS: VERMILLION, Verdict.SLIPS: ORANGE}
+colours = {
+    Verdict.ACCEPTED: Ink.GREEN,
+    Verdict.PULLS: Ink.VERMILLION,
+    Verdict.SLIPS: Ink.ORANGE,
+}
 y = np.linspace(-8, 9, 600)
 
 with house_style():
@@ -74,8 +70,8 @@ with house_style():
             **style,
         }
         above.annotate("", xy=ends[1], xytext=ends[0], arrowprops=arrow)
-    above.axhline(0, color=BLACK)
-    above.plot(sensors, np.full(3, depth), "s", color=BLACK, ms=5)
+    above.axhline(0, color=Ink.BLACK)
+    above.plot(sensors, np.full(3, depth), "s", color=Ink.BLACK, ms=5)
     above.set(
         ylim=(3.6, -2.6),
         yticks=[0, 3],
@@ -83,8 +79,8 @@ with house_style():
         title="the four loads (the arrows are of one length)",
     )
     above.spines["left"].set_bounds(3.6, 0)
-    below.plot(sensors, readings, "o", color=BLACK, ms=5, zorder=5)
-    below.axhline(0, color=GREY, lw=0.5, zorder=0)
+    below.plot(sensors, readings, "o", color=Ink.BLACK, ms=5, zorder=5)
+    below.axhline(0, color=Ink.GREY, lw=0.5, zorder=0)
     below.set(
         xlim=(-8, 9),
         ylim=(-0.6, 0.6),

@@ -11,7 +11,7 @@ import numpy as np
 
 import subskin as ss
 from subskin.plot import truth_against_estimate
-from subskin.plot.style import BLUE, GREEN, ORANGE, VERMILLION, house_style, new_figure
+from subskin.plot.style import Ink, house_style, new_figure
 
 skin = ss.HalfPlane(ss.Material(young=0.4e6))
 kind = ss.MeanPressure()
@@ -60,7 +60,7 @@ model = fitted.read(ss.LineLoad(force=40.0, position=y - calibration.origin))
 with house_style():
     figure = new_figure(174, 76)
     axes = figure.subplots()
-    for i, colour in enumerate((BLUE, GREEN, ORANGE, VERMILLION)):
+    for i, colour in enumerate((Ink.BLUE, Ink.GREEN, Ink.ORANGE, Ink.VERMILLION)):
         dead = calibration.health[i] is ss.calibration.Health.DEAD
         offset = touches[:, i].mean() if dead else fitted.array.offset[i]
         if not dead:

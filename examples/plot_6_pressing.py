@@ -9,7 +9,7 @@ where they touch, and how hard, follows from the finger's roundness, its rubber 
 import numpy as np
 
 import subskin as ss
-from subskin.plot.style import BLUE, GREEN, GREY, VERMILLION, house_style, new_figure
+from subskin.plot.style import Ink, house_style, new_figure
 
 rubber = ss.Material(young=0.4e6)
 skin = ss.Round(rubber, radius=8e-3, core_radius=4e-3)
@@ -34,7 +34,7 @@ with house_style():
     figure = new_figure(174, 72)
     above, below = figure.subplots(1, 2)
     for (name, found), colour in zip(
-        pressed.items(), (BLUE, GREEN, VERMILLION), strict=True
+        pressed.items(), (Ink.BLUE, Ink.GREEN, Ink.VERMILLION), strict=True
     ):
         above.plot(1e3 * found.y, found.pressure / 1e3, color=colour, label=name)
         below.plot(
@@ -52,7 +52,7 @@ with house_style():
     )
     above.set_title("pressure")
     above.legend()
-    below.axhline(0, color=GREY, lw=0.5)
+    below.axhline(0, color=Ink.GREY, lw=0.5)
     below.set(
         xlabel="position along the finger [mm]", ylabel="strain along the depth [%]"
     )
@@ -84,12 +84,12 @@ drags, stuck = np.array(loop).T
 with house_style():
     figure = new_figure(174, 70)
     left, right = figure.subplots(1, 2)
-    left.plot(1e6 * ways, drags, color=VERMILLION, marker=".", lw=0.8)
+    left.plot(1e6 * ways, drags, color=Ink.VERMILLION, marker=".", lw=0.8)
     left.set(xlabel="slide of the roller [µm]", ylabel="drag [N/m]")
-    left.axhline(0.4 * 40, color=GREY, lw=0.5)
-    left.axhline(-0.4 * 40, color=GREY, lw=0.5)
+    left.axhline(0.4 * 40, color=Ink.GREY, lw=0.5)
+    left.axhline(-0.4 * 40, color=Ink.GREY, lw=0.5)
     left.set_title("drag, between the limits of friction")
-    right.plot(1e6 * ways, 100 * stuck, color=BLUE, marker=".", lw=0.8)
+    right.plot(1e6 * ways, 100 * stuck, color=Ink.BLUE, marker=".", lw=0.8)
     right.set(
         xlabel="slide of the roller [µm]",
         ylabel="part of the contact that sticks [%]",

@@ -11,16 +11,7 @@ import numpy as np
 
 import subskin as ss
 from subskin.decide import Friction, least_force, slip
-from subskin.plot.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    VERMILLION,
-    house_style,
-    new_figure,
-)
+from subskin.plot.style import Ink, house_style, new_figure
 
 rubber = ss.Material(young=0.4e6)
 row = ss.SensorArray.line(count=8, pitch=1e-3, depth=2e-3, noise=1e-4)
@@ -172,25 +163,28 @@ with house_style():
     figure = new_figure(174, 112)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
     styles = {
-        "fixed, for the worst": (GREY, "-"),
-        "fixed, for the usual": (GREY, ":"),
-        "readings, friction 0.4 to 0.8": (BLUE, "-"),
-        "readings, one slip seen": (GREEN, "-"),
-        "told load and friction": (ORANGE, "-"),
+        "fixed, for the worst": (Ink.GREY, "-"),
+        "fixed, for the usual": (Ink.GREY, ":"),
+        "readings, friction 0.4 to 0.8": (Ink.BLUE, "-"),
+        "readings, one slip seen": (Ink.GREEN, "-"),
+        "told load and friction": (Ink.ORANGE, "-"),
     }
     for name, (colour, line) in styles.items():
         above.plot(t, hands[name][one], color=colour, ls=line, label=name)
-    above.fill_between(t, needed[one], color=VERMILLION, alpha=0.15, lw=0)
+    above.fill_between(t, needed[one], color=Ink.VERMILLION, alpha=0.15, lw=0)
     above.plot(
-        t, needed[one], color=VERMILLION, label=f"least needed, friction {mu[one]:.2f}"
+        t,
+        needed[one],
+        color=Ink.VERMILLION,
+        label=f"least needed, friction {mu[one]:.2f}",
     )
-    above.plot(t, load[one], color=BLACK, lw=0.9, label="load of a finger")
+    above.plot(t, load[one], color=Ink.BLACK, lw=0.9, label="load of a finger")
     above.set(ylabel="normal force [N/m]", ylim=(0, 1.05 * heaviest / low))
     above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     above.set_title("grip")
-    for values, colour in ((risk, BLUE), (risk_after, GREEN)):
+    for values, colour in ((risk, Ink.BLUE), (risk_after, Ink.GREEN)):
         below.semilogy(t, values[one], ".", color=colour, ms=3.5, mew=0, alpha=0.8)
-    below.axhline(BOUND, color=GREY, lw=0.8, ls="--")
+    below.axhline(BOUND, color=Ink.GREY, lw=0.8, ls="--")
     below.set(
         xlabel="time [s]",
         ylabel="probability of slip",

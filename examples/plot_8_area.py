@@ -11,7 +11,7 @@ import numpy as np
 
 import subskin as ss
 from subskin.plot import field_map, truth_above
-from subskin.plot.style import BLUE, DOUBLE, GREY, VERMILLION, house_style, new_figure
+from subskin.plot.style import DOUBLE, Ink, house_style, new_figure
 
 skin = ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.5))
 touch = ss.PointLoad(force=1.0, angle=0.7, position=(0.0, 0.0))  # N, rad, m
@@ -47,10 +47,10 @@ print(f"largest difference of the readings: {np.abs(read[0] - read[1]).max():.0e
 with house_style():
     figure_row = new_figure(DOUBLE, 62.0)
     above, strain = figure_row.subplots(1, 2, width_ratios=(1, 1.2))
-    above.plot(1e3 * row.y, 0 * row.y, "s", color=GREY)
+    above.plot(1e3 * row.y, 0 * row.y, "s", color=Ink.GREY)
     for touch, readings, colour, side, words in (
-        (pressed, read[0], BLUE, -1, "1 N, straight down"),
-        (dragged, read[1], VERMILLION, 1, "0.76 N, towards the row"),
+        (pressed, read[0], Ink.BLUE, -1, "1 N, straight down"),
+        (dragged, read[1], Ink.VERMILLION, 1, "0.76 N, towards the row"),
     ):
         (y, z), (_, _, drag) = 1e3 * touch.position, touch.components
         above.plot(y, z, "o", color=colour)
@@ -59,7 +59,7 @@ with house_style():
             arrow = {"arrowstyle": "-|>", "color": colour, "lw": 1.8}
             above.annotate("", (y, z + 1.6), (y, z), arrowprops=arrow)
         strain.bar(1e3 * row.y + 0.28 * side, 100 * readings, 0.5, color=colour)
-    strain.axhline(0.0, color=GREY, linewidth=0.8)
+    strain.axhline(0.0, color=Ink.GREY, linewidth=0.8)
     above.set(xlabel="y [mm]", ylabel="z [mm]", ylim=(-3.2, 3.2), xlim=(-5.5, 7.5))
     above.set(aspect="equal", title="seen from above: a row (grey), two touches")
     strain.set(xlabel="sensor at y [mm]", ylabel="strain along the depth [%]")

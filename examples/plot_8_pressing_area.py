@@ -9,7 +9,7 @@ still sticks are solved, not assumed. Then an array of sensors in the layer feel
 import numpy as np
 
 import subskin as ss
-from subskin.plot.style import GREY, house_style, new_figure
+from subskin.plot.style import Ink, house_style, new_figure
 
 skin = ss.Layered(ss.Layer(ss.Material(young=0.4e6), thickness=3e-3))
 corner = ss.pressing.BoxCorner(slope=0.35, edge_radius=2e-3)
@@ -36,7 +36,7 @@ with house_style():
     left.contour(y, z, pressed.stick.T, levels=[0.5], colors="black", linewidths=1.2)
     every = slice(None, None, 4)
     drags = np.where(touches[..., None], pressed.shear, np.nan)[every, every]
-    left.quiver(y[every], z[every], *drags.T, color=GREY, width=0.004)
+    left.quiver(y[every], z[every], *drags.T, color=Ink.GREY, width=0.004)
     figure.colorbar(drawn, ax=left, label="pressure [kPa]", shrink=0.8)
     at, most = 1e3 * array.points, 100 * np.abs(readings).max()
     dots = right.scatter(

@@ -9,7 +9,7 @@ of a drag, on a flat layer of the same thickness, on the round tip, and with rid
 import numpy as np
 
 import subskin as ss
-from subskin.plot.style import BLUE, GREEN, GREY, VERMILLION, house_style, new_figure
+from subskin.plot.style import Ink, house_style, new_figure
 from subskin.skin import Ridged
 
 rubber, stiff = ss.Material(young=0.4e6), ss.Material(young=2e6, poisson=0.48)
@@ -35,10 +35,10 @@ with house_style():
     panels = figure.subplots(1, 2)
     for axes, load, title in zip(panels, (0, 1), ("a press", "a drag"), strict=True):
         for (name, field), colour in zip(
-            fields.items(), (GREY, BLUE, VERMILLION), strict=True
+            fields.items(), (Ink.GREY, Ink.BLUE, Ink.VERMILLION), strict=True
         ):
             axes.plot(1e3 * y, 1e6 * field[:, load], color=colour, label=name)
-        axes.axhline(0, color=GREY, lw=0.5)
+        axes.axhline(0, color=Ink.GREY, lw=0.5)
         axes.set(xlabel="position of the load [mm]", ylabel="strain [1e-6 per N/m]")
         axes.set_title(title)
     panels[0].legend()
@@ -71,7 +71,7 @@ with house_style():
         axes.plot(
             1e3 * (tip.radius - epidermis.thickness) * np.sin(angle),
             1e3 * (tip.radius - epidermis.thickness) * np.cos(angle),
-            color=GREEN,
+            color=Ink.GREEN,
             lw=0.8,
         )
         axes.set(aspect="equal", xlabel="[mm]", ylabel="[mm]")

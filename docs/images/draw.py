@@ -35,7 +35,7 @@ from subskin.plot import (
     tolerance_figure,
     two_point_study_figure,
 )
-from subskin.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, save
+from subskin.plot.style import Ink, house_style, new_figure, save
 
 HERE = Path(__file__).parent
 SKIN = "#F6E9DC"
@@ -61,60 +61,62 @@ def conventions() -> Figure:
     axes.set(xlim=(-4.6, 6.9), ylim=(4.25, -2.55), aspect="equal")
     axes.axis("off")
     axes.add_patch(Rectangle((-4.3, 0), 10.9, 4.15, facecolor=SKIN, edgecolor="none", zorder=0))
-    axes.plot([-4.3, 6.6], [0, 0], color=BLACK, lw=1.4)
+    axes.plot([-4.3, 6.6], [0, 0], color=Ink.BLACK, lw=1.4)
     f, b, depth, angle = 1.5, 2.5, 2.2, np.deg2rad(35)
 
     # the axes
-    arrow(axes, (0, 0), (0, 1.25), BLACK)
-    arrow(axes, (5.1, 0), (6.6, 0), BLACK, mutation_scale=13)
+    arrow(axes, (0, 0), (0, 1.25), Ink.BLACK)
+    arrow(axes, (5.1, 0), (6.6, 0), Ink.BLACK, mutation_scale=13)
     axes.text(0.12, 1.18, "$x$, depth", va="bottom")
     axes.text(6.6, 0.14, "$y$, along the surface", ha="right", va="top")
-    axes.plot(0, 0, "o", color=BLACK, ms=3)
+    axes.plot(0, 0, "o", color=Ink.BLACK, ms=3)
 
     # the load, its angle and its parts
     tail = (f - 2.1 * np.sin(angle), -2.1 * np.cos(angle))
-    axes.plot([f, f], [0, -2.2], ls=(0, (4, 3)), color=GREY, lw=0.7)
-    arrow(axes, tail, (f, 0), BLUE, lw=2.2, mutation_scale=15)
-    axes.add_patch(Arc((f, 0), 2.9, 2.9, theta1=270 - np.rad2deg(angle), theta2=270, color=BLUE, lw=0.9))
-    axes.text(f - 0.42, -1.52, r"$\alpha$", color=BLUE, ha="center", va="bottom", fontsize=9)
-    axes.text(tail[0] - 0.1, tail[1] + 0.1, r"force $P$ at angle $\alpha > 0$", color=BLUE, ha="right", va="bottom")
+    axes.plot([f, f], [0, -2.2], ls=(0, (4, 3)), color=Ink.GREY, lw=0.7)
+    arrow(axes, tail, (f, 0), Ink.BLUE, lw=2.2, mutation_scale=15)
+    axes.add_patch(Arc((f, 0), 2.9, 2.9, theta1=270 - np.rad2deg(angle), theta2=270, color=Ink.BLUE, lw=0.9))
+    axes.text(f - 0.42, -1.52, r"$\alpha$", color=Ink.BLUE, ha="center", va="bottom", fontsize=9)
+    axes.text(tail[0] - 0.1, tail[1] + 0.1, r"force $P$ at angle $\alpha > 0$", color=Ink.BLUE, ha="right", va="bottom")
     normal, tangential = 2.1 * np.cos(angle), 2.1 * np.sin(angle)
-    arrow(axes, (f, -normal), (f, 0), BLUE, lw=1.1, mutation_scale=12)
-    arrow(axes, (f, 0), (f + tangential, 0), BLUE, lw=2.0, mutation_scale=12)
-    axes.text(f + 0.12, -1.05, r"$N = P\,\cos\alpha$ presses in", color=BLUE, va="center")
-    axes.text(f + 0.75, -0.16, r"$T = P\,\sin\alpha$ drags towards $+y$", color=BLUE, va="bottom")
+    arrow(axes, (f, -normal), (f, 0), Ink.BLUE, lw=1.1, mutation_scale=12)
+    arrow(axes, (f, 0), (f + tangential, 0), Ink.BLUE, lw=2.0, mutation_scale=12)
+    axes.text(f + 0.12, -1.05, r"$N = P\,\cos\alpha$ presses in", color=Ink.BLUE, va="center")
+    axes.text(f + 0.75, -0.16, r"$T = P\,\sin\alpha$ drags towards $+y$", color=Ink.BLUE, va="bottom")
 
     # the sensors
     for number, s in enumerate((-b, 0.0, b), start=1):
-        axes.add_patch(Rectangle((s - 0.13, depth - 0.13), 0.26, 0.26, facecolor=GREEN, edgecolor="none", zorder=3))
-        axes.text(s, depth + 0.22, str(number), ha="center", va="top", color=GREEN, fontweight="bold")
-        axes.plot([s, s], [depth - 0.5, depth], color=GREEN, lw=0.6)
-    span(axes, -b, 0, depth - 0.38, "$b$", GREEN)
-    span(axes, 0, b, depth - 0.38, "$b$", GREEN)
-    arrow(axes, (4.3, 0), (4.3, depth), GREEN, arrowstyle="<|-|>", mutation_scale=7, lw=0.8)
-    axes.plot([b + 0.2, 4.45], [depth, depth], ls=":", color=GREEN, lw=0.8)
-    axes.text(4.42, depth / 2 + 0.35, "depth $x$\nof the sensors", color=GREEN, va="center")
+        axes.add_patch(Rectangle((s - 0.13, depth - 0.13), 0.26, 0.26, facecolor=Ink.GREEN, edgecolor="none", zorder=3))
+        axes.text(s, depth + 0.22, str(number), ha="center", va="top", color=Ink.GREEN, fontweight="bold")
+        axes.plot([s, s], [depth - 0.5, depth], color=Ink.GREEN, lw=0.6)
+    span(axes, -b, 0, depth - 0.38, "$b$", Ink.GREEN)
+    span(axes, 0, b, depth - 0.38, "$b$", Ink.GREEN)
+    arrow(axes, (4.3, 0), (4.3, depth), Ink.GREEN, arrowstyle="<|-|>", mutation_scale=7, lw=0.8)
+    axes.plot([b + 0.2, 4.45], [depth, depth], ls=":", color=Ink.GREEN, lw=0.8)
+    axes.text(4.42, depth / 2 + 0.35, "depth $x$\nof the sensors", color=Ink.GREEN, va="center")
 
     # the two meanings of the memo's y
-    axes.plot([f, f], [0, 3.55], ls=":", color=GREY, lw=0.7)
-    axes.plot([-b, -b], [depth + 0.65, 3.55], ls=":", color=VERMILLION, lw=0.7)
-    span(axes, 0, f, 0.42, "$f$", BLACK, above=False)
-    arrow(axes, (-b, 3.4), (f, 3.4), VERMILLION, lw=1.0)
-    axes.text(-b + 0.1, 3.32, r"$y_\mathrm{memo} = f - s$", color=VERMILLION, va="bottom")
+    axes.plot([f, f], [0, 3.55], ls=":", color=Ink.GREY, lw=0.7)
+    axes.plot([-b, -b], [depth + 0.65, 3.55], ls=":", color=Ink.VERMILLION, lw=0.7)
+    span(axes, 0, f, 0.42, "$f$", Ink.BLACK, above=False)
+    arrow(axes, (-b, 3.4), (f, 3.4), Ink.VERMILLION, lw=1.0)
+    axes.text(-b + 0.1, 3.32, r"$y_\mathrm{memo} = f - s$", color=Ink.VERMILLION, va="bottom")
     text = "the memo's $y$ in (1) to (8): from a field point, here sensor 1 at $s = -b$, to the load"
-    axes.text(-b, 3.55, text, color=VERMILLION, va="top")
-    axes.text(f + 0.15, 0.5, "position of the load;\nthis is the memo's $y$\nin (12) and (13)", color=BLACK, va="top")
+    axes.text(-b, 3.55, text, color=Ink.VERMILLION, va="top")
+    axes.text(
+        f + 0.15, 0.5, "position of the load;\nthis is the memo's $y$\nin (12) and (13)", color=Ink.BLACK, va="top"
+    )
     return figure
 
 
 def contacts() -> Figure:
     """What presses, and what of it arrives at two depths; lengths in half widths."""
     kinds = {
-        "uniform strip": (ss.Strip(1.0, half_width=1.0), GREEN),
-        "Hertz": (ss.Hertz(1.0, half_width=1.0), BLUE),
-        "flat punch": (ss.FlatPunch(1.0, half_width=1.0), VERMILLION),
-        "wedge": (ss.Wedge(1.0, half_width=1.0), ORANGE),
-        "line load": (ss.LineLoad(1.0), BLACK),
+        "uniform strip": (ss.Strip(1.0, half_width=1.0), Ink.GREEN),
+        "Hertz": (ss.Hertz(1.0, half_width=1.0), Ink.BLUE),
+        "flat punch": (ss.FlatPunch(1.0, half_width=1.0), Ink.VERMILLION),
+        "wedge": (ss.Wedge(1.0, half_width=1.0), Ink.ORANGE),
+        "line load": (ss.LineLoad(1.0), Ink.BLACK),
     }
     skin = ss.HalfPlane(ss.Material(young=1.0))
     y = np.linspace(-3, 3, 1201)
@@ -124,7 +126,7 @@ def contacts() -> Figure:
         line = name == "line load"
         style = {"color": colour, "ls": "--" if line else "-", "lw": 0.9 if line else 1.3}
         if line:
-            arrow(panels[0], (0, 1.15), (0, 0), BLACK, ls="--", lw=0.9)
+            arrow(panels[0], (0, 1.15), (0, 0), Ink.BLACK, ls="--", lw=0.9)
         else:
             within = np.abs(y) <= 1
             panels[0].plot(y[within], np.minimum(contact.pressure(y[within]), 1.3), **style)
@@ -135,7 +137,7 @@ def contacts() -> Figure:
     panels[2].set(title="strain at depth $2\\,a$", ylabel=r"$\varepsilon_x\,E\,a/N$")
     for panel in panels:
         panel.set_xlabel("$y / a$")
-        panel.axhline(0, color=GREY, lw=0.5, zorder=0)
+        panel.axhline(0, color=Ink.GREY, lw=0.5, zorder=0)
     figure.legend(*panels[2].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 

@@ -113,16 +113,14 @@ def said_of(path: str) -> Iterator[None]:
         raise FileError(f"{path}: {error.seen}", error.rule, error.fix) from None
 
 
-def check_figure(path: str | None, option: str = "--figure") -> None:
-    """Raise where a figure could not be written to `path`, if any: known before the work is done.
+def check_figure(path: str, option: str) -> None:
+    """Raise where a figure could not be written to `path`: known before the work is done.
 
     Raises
     ------
     FileError
         An ending that is no figure's, a folder that is not there.
     """
-    if path is None:
-        return
     if not path.lower().endswith((".svg", ".png", ".pdf")):
         raise FileError(f"{option} {path}", "a figure is .svg, .png or .pdf", f"{option} figure.png")
     check_target(path)

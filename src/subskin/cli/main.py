@@ -185,7 +185,8 @@ def _run(argv: Sequence[str] | None) -> int:
     with warnings.catch_warnings():
         warnings.showwarning = _warns()
         for key, said in DRAWN.items():
-            check_figure(getattr(options, key, None), said)
+            if (path := getattr(options, key, None)) is not None:
+                check_figure(path, said)
         code: int = options.run(options)
     return code
 

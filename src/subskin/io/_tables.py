@@ -15,9 +15,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidat
 from .. import _check
 from .._declared import Real
 from ..errors import InvalidValueError
-from .units import quantity, unit_scale
+from .units import of_field, quantity, unit_scale
 
-__all__ = ["Doubt", "FingerTable", "StrictTable", "doubt_sizes", "one", "one_or_each"]
+__all__ = ["Doubt", "FingerTable", "StrictTable", "doubt_sizes", "one"]
 
 LONGEST, RIDGE = 1.0, 0.1
 """Metres from which on a radius or a contact, and a ridge or what is to be told apart, is doubted."""
@@ -25,22 +25,13 @@ LONGEST, RIDGE = 1.0, 0.1
 
 def one(unit: str, **bounds: Any) -> PlainValidator:
     """A quantity in the SI unit `unit`, within the bounds that `Real` has."""
+    if not bounds:
+        return PlainValidator(of_field(unit))
+    real = Real(unit, **bounds)
 
     def convert(value: object, info: ValidationInfo) -> float:
         name = str(info.field_name)
-        return Real(unit, **bounds).one(name, quantity(value, unit, name)) if bounds else quantity(value, unit, name)
-
-    return PlainValidator(convert)
-
-
-def one_or_each(unit: str) -> PlainValidator:
-    """One quantity for all sensors, or a list with one for each."""
-
-    def convert(value: object, info: ValidationInfo) -> float | list[float]:
-        name = str(info.field_name)
-        if isinstance(value, list):
-            return [quantity(item, unit, f"{name}[{i}]") for i, item in enumerate(value)]
-        return quantity(value, unit, name)
+        return real.one(name, quantity(value, unit, name))
 
     return PlainValidator(convert)
 
@@ -105,7 +96,7 @@ Pressure = Annotated[float, one("Pa")]
 Time = Annotated[float, one("s")]
 Number = Annotated[float, one("")]
 Above0 = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Lengths = Annotated[float | list[float], one_or_each("m")]
+Lengths = Annotated[float | list[float], PlainValidator(of_field("m", lists=True))]
 UnitText = Annotated[str, PlainValidator(_unit_text)]
 Names = Annotated[list[str], PlainValidator(_names)]
 Search = Annotated[Any, PlainValidator(_search)]

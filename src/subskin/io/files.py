@@ -318,7 +318,8 @@ def needed(seen: str, rule: str, fix: str, *modules: str) -> Any:
         One is not installed.
     """
     try:
-        return [import_module(module) for module in modules][0]
+        first, *_ = map(import_module, modules)
+        return first
     except ImportError:
         raise FileError(seen, rule, fix) from None
 

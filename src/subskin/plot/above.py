@@ -25,7 +25,7 @@ from ..loads import Load
 from ..skin import Skin
 from ..transducer import Transducer
 from . import pieces
-from .style import BLACK, DOUBLE, GREY, MM, SINGLE, VERMILLION, finished, frame_of, heading, new_figure, single, stacked
+from .style import DOUBLE, MM, SINGLE, Ink, finished, frame_of, heading, new_figure, single, stacked
 
 __all__ = ["area_map", "finger_above", "heat_maps", "mark_drag", "mark_found", "told"]
 
@@ -55,13 +55,13 @@ def mark_drag(axes: Axes, position: FloatArray, components: FloatArray, length: 
 
 def mark_found(axes: Axes, load: Load, length: float) -> None:
     """The load that was found, and the 95 % ellipse of its position."""
-    mark_drag(axes, load.position, load.components, length, VERMILLION)
+    mark_drag(axes, load.position, load.components, length, Ink.VERMILLION)
     if load.covariance is not None and np.isfinite(load.covariance[:2, :2]).all():
         values, vectors = np.linalg.eigh(load.covariance[:2, :2])
         wide, high = 2 * _ELLIPSE_95 * MM * np.sqrt(np.maximum(values, 0.0))
         turn = float(np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0])))
         ellipse = Ellipse(tuple(MM * np.asarray(load.position)), wide, high, angle=turn, zorder=3.5)
-        ellipse.set(facecolor="none", edgecolor=VERMILLION, linewidth=1.2, path_effects=_HALO)
+        ellipse.set(facecolor="none", edgecolor=Ink.VERMILLION, linewidth=1.2, path_effects=_HALO)
         axes.add_patch(ellipse)
 
 
@@ -95,7 +95,7 @@ def heat_maps(finger: Finger, contact: LocalContact | None, load: Load | None, f
         own = np.array([other == kind for other in array.transducers])
         _discs(axes, bar, points[own], measured[own], 0.84 * near, kind)
         if contact is not None:
-            mark_drag(axes, contact.position, contact.components, 0.2 * float((high - low)[0]), BLACK)
+            mark_drag(axes, contact.position, contact.components, 0.2 * float((high - low)[0]), Ink.BLACK)
         if load is not None:
             mark_found(axes, load, 0.2 * float((high - low)[0]))
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="y [mm]", ylabel="z [mm]")
@@ -120,13 +120,13 @@ def _discs(axes: Axes, bar: Axes, points: FloatArray, measured: FloatArray, size
     known = np.isfinite(measured)
     most = scale * float(np.abs(measured[known]).max(initial=0.0)) or 1.0
     each = np.full(int(known.sum()), size)
-    look: dict[str, Any] = {"cmap": "RdBu_r", "edgecolor": GREY, "linewidth": 0.4}
+    look: dict[str, Any] = {"cmap": "RdBu_r", "edgecolor": Ink.GREY, "linewidth": 0.4}
     discs = EllipseCollection(each, each, 0 * each, units="xy", offsets=points[known], **look)
     discs.set_offset_transform(axes.transData)
     discs.set_array(scale * measured[known])
     discs.set_clim(-most, most)
     axes.add_collection(discs)
-    axes.plot(*points[~known].T, "x", color=GREY)
+    axes.plot(*points[~known].T, "x", color=Ink.GREY)
     Colorbar(bar, discs, label=f"measured [{unit}]" if unit else "measured")
     bar.tick_params(labelsize=6)
 
@@ -283,14 +283,14 @@ def _drawn(
         for axes, ends in ((plan, (front, back)), (section, (0.0, min(bottom, base)))):
             axes.axhspan(*ends, color="#F3E9DC", linewidth=0, zorder=0.1)
     pieces.inside(section, skin, foot)
-    section.axhline(0.0, color=BLACK, linewidth=0.9, clip_on=False)
+    section.axhline(0.0, color=Ink.BLACK, linewidth=0.9, clip_on=False)
     pieces.depths(section, bottom)
     if finger is not None:
         _points(plan, finger)
         pieces.sensors(section, finger, None)
     if load is not None:
         mark_found(plan, load, 0.2 * (right - left))
-        section.plot([], [], color=VERMILLION, linewidth=2.0, label=f"found: {told(load)}")
+        section.plot([], [], color=Ink.VERMILLION, linewidth=2.0, label=f"found: {told(load)}")
     seen = "from above" if contact is None else f"from above, {level:.3g} mm deep"
     for axes, text in ((plan, seen), (section, f"section at z = {cut + 0.0:.3g} mm" if contact else "from the side")):
         axes.set_title(text.replace("-", "−"), fontweight="normal", pad=3)
@@ -331,8 +331,8 @@ def _fields(
     x[0] = 0.0
     drawn = pieces.bands(plan, y, z, above, levels)
     pieces.bands(section, y, x, beside, levels)
-    plan.axhline(cut, color=GREY, linewidth=0.6, linestyle=(0, (5, 3)))
-    section.axhline(level, color=GREY, linewidth=0.6, linestyle=(0, (5, 3)))
+    plan.axhline(cut, color=Ink.GREY, linewidth=0.6, linestyle=(0, (5, 3)))
+    section.axhline(level, color=Ink.GREY, linewidth=0.6, linestyle=(0, (5, 3)))
     return drawn
 
 
@@ -343,27 +343,27 @@ def _pressed(plan: Axes, section: Axes, contact: LocalContact, window: _Window, 
         margin = 0.05 * (high - low)
         y, z = (np.linspace(a - m, b + m, 241) for a, b, m in zip(low, high, margin, strict=True))
         pressed = contact.pressure(y / MM, z[:, None] / MM) != 0
-        plan.contour(y, z, pressed.astype(float), [0.5], colors=[BLACK], linewidths=0.8)
+        plan.contour(y, z, pressed.astype(float), [0.5], colors=[Ink.BLACK], linewidths=0.8)
     along = np.linspace(window.left, window.right, 2001)
     pressure = np.nan_to_num(contact.pressure(along / MM, window.cut / MM), posinf=0.0)
     if pressure.max() > 0:
         hump = 0.5 * scale.top * np.clip(pressure / np.quantile(pressure[pressure > 0], 0.9), 0.0, 1.6)
         section.fill_between(along, -hump, 0.0, where=hump > 0, color="#C9C9C9", linewidth=0, zorder=1.5)
-    thick: dict[str, Any] = {"color": BLACK, "linewidth": 3.0 * scale.weight}
+    thick: dict[str, Any] = {"color": Ink.BLACK, "linewidth": 3.0 * scale.weight}
     for part in contact.parts if isinstance(contact, LocalSum) else (contact,):
         normal, along_y, _ = part.components
         force = pieces.Force(
             MM * float(part.position[0]), float(np.hypot(normal, along_y)), float(np.arctan2(along_y, normal))
         )
         pieces.arrow(section, force, scale.length(force.size), mutation_scale=12 * scale.weight, zorder=3, **thick)
-        mark_drag(plan, part.position, part.components, 0.2 * (window.right - window.left), BLACK)
+        mark_drag(plan, part.position, part.components, 0.2 * (window.right - window.left), Ink.BLACK)
         section.plot([], [], label=f"load: {told(Load(part.position, part.components))}", **thick)
 
 
 def _points(axes: Axes, finger: Finger) -> None:
     """The sensors from above, those that are dead crossed out; channels of one position are one mark."""
     array = finger.array
-    dot: dict[str, Any] = {"mfc": "white", "mec": BLACK, "mew": 0.9, "ms": 4.5, "zorder": 2.8, "linestyle": "none"}
+    dot: dict[str, Any] = {"mfc": "white", "mec": Ink.BLACK, "mew": 0.9, "ms": 4.5, "zorder": 2.8, "linestyle": "none"}
     for live, mark in ((True, "o"), (False, "X")):
         at = MM * np.unique(array.points[array.live == live], axis=0)
         axes.plot(*at.T, marker=mark, **dot)

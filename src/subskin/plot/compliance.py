@@ -22,7 +22,7 @@ from ..finger import Finger
 from ..material import Material
 from ..pressing import ParticleOnFlat, press
 from ..skin import Round
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, SKY, VERMILLION, finished, new_figure, plain
+from .style import DASHED, DOUBLE, MM, Ink, finished, new_figure, plain
 
 __all__ = ["compliance_figure", "figure_17"]
 
@@ -114,14 +114,14 @@ def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f:
     body = np.where(ended, np.nan, particle.protrusion - height) * um
     top = body + np.where(ended, 0.0, pressed.gap) * um
     floor, ceiling = -0.6 * particle.protrusion * um, 3.5 * particle.protrusion * um
-    axes.fill_between(y, np.minimum(top, ceiling), ceiling, color=SKY, alpha=0.5, linewidth=0)
-    axes.plot(y, top, color=BLUE)
-    axes.fill_between(y, body, floor, color=GREY, alpha=0.6, linewidth=0)
+    axes.fill_between(y, np.minimum(top, ceiling), ceiling, color=Ink.SKY, alpha=0.5, linewidth=0)
+    axes.plot(y, top, color=Ink.BLUE)
+    axes.fill_between(y, body, floor, color=Ink.GREY, alpha=0.6, linewidth=0)
     axes.set(xlim=(-reach * MM, reach * MM), ylim=(floor, ceiling))
     axes.tick_params(labelbottom=False)
     pressure = pressed.pressure * scale / 1e3
-    beneath.fill_between(y, pressure, color=VERMILLION, alpha=0.25, linewidth=0)
-    beneath.plot(y, pressure, color=VERMILLION)
+    beneath.fill_between(y, pressure, color=Ink.VERMILLION, alpha=0.25, linewidth=0)
+    beneath.plot(y, pressure, color=Ink.VERMILLION)
     beneath.set(ylim=(0, None), xlabel="position along the skin [mm]")
 
 
@@ -137,24 +137,26 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
             axes.axvspan(ends[first], ends[last + 1], color=colour, linewidth=0, zorder=0)
         bands.append(Patch(color=colour, label=name))
     axes.set(xscale="log", xlim=(ends[0], ends[-1]))
-    lines = axes.plot(moduli, 100 * found.load_share[t, :, f], color=VERMILLION, label="force on the particle")
-    lines += axes.plot(moduli, 100 * found.reading_share[t, :, f], color=GREEN, label="change of the readings by it")
+    lines = axes.plot(moduli, 100 * found.load_share[t, :, f], color=Ink.VERMILLION, label="force on the particle")
+    lines += axes.plot(
+        moduli, 100 * found.reading_share[t, :, f], color=Ink.GREEN, label="change of the readings by it"
+    )
     axes.set(ylim=(0, 112), yticks=[0, 25, 50, 75, 100], xlabel="modulus of the skin [MPa]", ylabel="share [%]")
     wide = axes.twinx()
     wide.spines["right"].set_visible(True)
     ratio = found.half_width[t, :, f] / found.particle.half_width
-    lines += wide.plot(moduli, ratio, color=BLUE, linestyle=DASHED, label="half width of the contact (right)")
+    lines += wide.plot(moduli, ratio, color=Ink.BLUE, linestyle=DASHED, label="half width of the contact (right)")
     wide.set(yscale="log", ylabel="half width / particle's")
     plain(wide.yaxis)
     plain(axes.xaxis)
-    wide.axhline(1.0, color=BLUE, linewidth=0.5)
+    wide.axhline(1.0, color=Ink.BLUE, linewidth=0.5)
     for letter, m in zip("abc", chosen, strict=True):
         above: dict[str, Any] = {
             "transform": axes.get_xaxis_transform(),
             "ha": "center",
             "va": "bottom",
         }  # where no curve goes
-        axes.text(moduli[m], 1.01, letter, fontweight="bold", color=BLACK, **above)
+        axes.text(moduli[m], 1.01, letter, fontweight="bold", color=Ink.BLACK, **above)
     # beneath the axes: bands can be narrower than their names, and curves go anywhere
     beneath: dict[str, Any] = {"loc": "upper center", "ncols": 3, "frameon": False}
     axes.add_artist(axes.legend(handles=lines, bbox_to_anchor=(0.5, -0.22), **beneath))

@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 
 from .._check import FloatArray
 from ..errors import GeometryError
-from .style import BLACK, DOUBLE, VERMILLION, finished, new_figure
+from .style import DOUBLE, Ink, finished, new_figure
 
 __all__ = ["half_plane_map_figure", "tip_map_figure"]
 
@@ -117,7 +117,7 @@ def _maps(
         _panel(axes, factor * values[name], form, about_one=name == "beneath")
         axes.set_title(title, fontweight="normal")
         if ring is not None:
-            axes.plot(*ring, "o", ms=16, mfc="none", mec=VERMILLION, mew=1.2, clip_on=False)
+            axes.plot(*ring, "o", ms=16, mfc="none", mec=Ink.VERMILLION, mew=1.2, clip_on=False)
         _label(axes, *sizes)
         axes.set(xlabel=names[0], ylabel=names[1])
         axes.label_outer()
@@ -153,6 +153,6 @@ def _panel(axes: Axes, values: FloatArray, form: str, *, about_one: bool) -> Non
     image = axes.pcolormesh(values, norm=norm, cmap=colours, edgecolors="w", linewidth=0.3)
     for i, j in np.argwhere(np.isfinite(values)):
         red, green, blue, _ = image.cmap(norm(values[i, j]))
-        ink = "w" if 0.3 * red + 0.59 * green + 0.11 * blue < 0.5 else BLACK
+        ink = "w" if 0.3 * red + 0.59 * green + 0.11 * blue < 0.5 else Ink.BLACK
         axes.text(j + 0.5, i + 0.5, form % values[i, j], ha="center", va="center", fontsize=_NUMBER, color=ink)
     axes.set_facecolor("#EEEEEE")

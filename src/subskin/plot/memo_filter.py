@@ -18,7 +18,7 @@ from ..finger import Finger
 from ..material import Material
 from ..skin import HalfPlane, Layer, Layered
 from .response import COLOURS, LOADS, decades
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREY, ORANGE, VERMILLION, legend, new_figure, zero_line
+from .style import DASHED, DOUBLE, Ink, legend, new_figure, zero_line
 
 __all__ = ["figure_14", "figure_15"]
 
@@ -35,7 +35,7 @@ _FILTER = (27.0, 17.0)
 _LEFT, _TOP, _STEP = 13.0, 45.0, 40.3
 _NODE = (9.0, 8.0)
 _PITCH = 1.0
-_ARROW = {"arrowstyle": "-|>", "color": BLACK, "shrinkA": 0, "shrinkB": 0, "lw": 0.9, "mutation_scale": 8}
+_ARROW = {"arrowstyle": "-|>", "color": Ink.BLACK, "shrinkA": 0, "shrinkB": 0, "lw": 0.9, "mutation_scale": 8}
 
 
 def figure_14() -> Figure:
@@ -59,15 +59,15 @@ def figure_14() -> Figure:
         axes.set_title(name, fontweight="normal")
         axes.set(xlim=(-4.2, 4.2), xlabel="position $y/d$", xticks=[-4, 0, 4])
     fine = np.linspace(-4.2, 4.2, 1401)
-    signals[0].fill_between(fine, contact.pressure(fine), color=BLUE, alpha=0.25, lw=0)
-    signals[0].plot(fine, contact.pressure(fine), color=BLUE)
+    signals[0].fill_between(fine, contact.pressure(fine), color=Ink.BLUE, alpha=0.25, lw=0)
+    signals[0].plot(fine, contact.pressure(fine), color=Ink.BLUE)
     signals[0].set(ylabel="$p\\,d/N$", ylim=(0, None))
-    signals[1].plot(y, strain, color=BLACK)
-    signals[2].vlines(sensors, 0, samples, color=BLACK, lw=0.8)
-    signals[2].plot(sensors, samples, "o", ms=3, color=BLACK)
-    signals[3].plot(y, strain, color=GREY, lw=0.9)
-    signals[3].plot(y, strain + found.error[worst], color=ORANGE)
-    signals[3].text(0.97, 0.06, "grey: true", transform=signals[3].transAxes, ha="right", fontsize=7, color=GREY)
+    signals[1].plot(y, strain, color=Ink.BLACK)
+    signals[2].vlines(sensors, 0, samples, color=Ink.BLACK, lw=0.8)
+    signals[2].plot(sensors, samples, "o", ms=3, color=Ink.BLACK)
+    signals[3].plot(y, strain, color=Ink.GREY, lw=0.9)
+    signals[3].plot(y, strain + found.error[worst], color=Ink.ORANGE)
+    signals[3].text(0.97, 0.06, "grey: true", transform=signals[3].transAxes, ha="right", fontsize=7, color=Ink.GREY)
     low, high = 1.15 * strain.min(), 2.2 * strain.max()
     for axes in signals[1:]:
         axes.set_ylim(low, high)
@@ -84,17 +84,17 @@ def figure_14() -> Figure:
     s = np.linspace(0, 1.2, 601)
     response = spatial_response(_FINGER, 2 * np.pi * s).magnitude[:, 0, 0]
     read = np.abs(contact.spectrum(2 * np.pi * s).p) * response
-    filters[0].plot(s, response, color=BLUE)
+    filters[0].plot(s, response, color=Ink.BLUE)
     filters[0].set(ylabel="$|H|\\,E$", ylim=(0, 0.65), yticks=[0, 0.5])
-    filters[1].vlines(sensors, 0, 1, color=BLACK, lw=0.8)
+    filters[1].vlines(sensors, 0, 1, color=Ink.BLACK, lw=0.8)
     filters[1].set(xlim=(-4.2, 4.2), ylim=(0, 1.5), yticks=[0, 1], ylabel="weight")
     filters[1].set(xlabel="position $y/d$", xticks=[-4, 0, 4])
     filters[1].text(0, 1.22, "a depth apart", ha="center", va="center", fontsize=7)
-    filters[2].fill_between(s, read / read.max(), color=GREY, alpha=0.35, lw=0)
+    filters[2].fill_between(s, read / read.max(), color=Ink.GREY, alpha=0.35, lw=0)
     edge = 0.5 / _PITCH
-    filters[2].plot([0, edge, edge, 1.2], [1, 1, 0, 0], color=VERMILLION)
+    filters[2].plot([0, edge, edge, 1.2], [1, 1, 0, 0], color=Ink.VERMILLION)
     filters[2].set(ylabel="gain", ylim=(0, 1.5), yticks=[0, 1])
-    filters[2].text(1.2, 1.22, "grey: what is read", ha="right", va="center", fontsize=7, color=GREY)
+    filters[2].text(1.2, 1.22, "grey: what is read", ha="right", va="center", fontsize=7, color=Ink.GREY)
     for axes in (filters[0], filters[2]):
         axes.set(xlim=(0, 1.2), xlabel="waves per depth $s\\,d$", xticks=[0, 0.5, 1])
     for centre, axes, name in zip(centres, filters, ("$H(s)$", "×", "low\npass"), strict=True):
@@ -111,7 +111,7 @@ def _node(figure: Figure, centre: float, beneath: Axes, name: str) -> None:
     level = _TOP + 0.5 * _SIGNAL[1]
     width, height = _NODE
     corner = ((centre - 0.5 * width) / DOUBLE, (level - 0.5 * height) / _HEIGHT)
-    look: dict[str, Any] = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.9}
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": Ink.BLACK, "linewidth": 0.9}
     box = Rectangle(corner, width / DOUBLE, height / _HEIGHT, transform=figure.transFigure, **look)
     figure.add_artist(box)
     figure.text(centre / DOUBLE, level / _HEIGHT, name, ha="center", va="center", fontsize=8, linespacing=1.0)
@@ -154,8 +154,8 @@ def figure_15() -> Figure:
     peak = 1 / (2 * np.pi)
     zero_line(amplitude)
     for axes in (amplitude, phase):
-        axes.axvline(peak, color=GREY, lw=0.6, ls=(0, (2, 2)), zorder=0.6)
-    amplitude.plot([peak, peak], [-1.5 / math.e, 0], "o", ms=4, mfc="white", mec=BLACK, zorder=3)
+        axes.axvline(peak, color=Ink.GREY, lw=0.6, ls=(0, (2, 2)), zorder=0.6)
+    amplitude.plot([peak, peak], [-1.5 / math.e, 0], "o", ms=4, mfc="white", mec=Ink.BLACK, zorder=3)
     amplitude.text(peak + 0.015, -0.66, "pressure: $-3/2e$, at $\\lambda = 2\\pi d$", va="top", fontsize=7)
     amplitude.text(peak + 0.015, -0.06, "shear: 0", va="top", fontsize=7)
     amplitude.set(ylabel="amplitude $E\\,H$, signed", ylim=(-1.65, 0.3), xlim=(0, 0.7))

@@ -16,33 +16,17 @@ from ..material import Material
 from ..memo import FIGURE_6, eq13, eq17, eq17_corrected, eq21, eq21_corrected
 from ..memo.three_sensors import Root, Verdict, three_sensor
 from ..skin import HalfPlane
-from .style import (
-    BLACK,
-    BLUE,
-    DASHED,
-    DOUBLE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SINGLE,
-    SKY,
-    VERMILLION,
-    heading,
-    legend,
-    new_figure,
-    stacked,
-    zero_line,
-)
+from .style import DASHED, DOUBLE, SINGLE, Ink, heading, legend, new_figure, stacked, zero_line
 
 __all__ = ["figure_2", "figure_3", "figure_6", "figure_9", "figure_11", "figure_12", "figure_13"]
 
 # Modulus, load and length of reference are 1: strains come out in units of P / (E d), positions in units of d.
 UNIT_SKIN = HalfPlane(Material(young=1.0, poisson=0.5))
 
-_DEPTHS = {1.0: BLACK, 1.5: BLUE, 2.0: VERMILLION, 3.0: GREEN}
+_DEPTHS = {1.0: Ink.BLACK, 1.5: Ink.BLUE, 2.0: Ink.VERMILLION, 3.0: Ink.GREEN}
 _REACH, _DEEPEST, _ABOVE = 6.0, 3.3, 1.9
 _PANELS = ((_DEEPEST + _ABOVE) / (2 * _REACH), 0.78)
-_ARROW = {"arrowstyle": "-|>", "color": BLACK, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4, "mutation_scale": 9}
+_ARROW = {"arrowstyle": "-|>", "color": Ink.BLACK, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4, "mutation_scale": 9}
 
 
 def figure_2() -> Figure:
@@ -78,14 +62,14 @@ def _strain_beneath(angle: float, title: str) -> Figure:
 def _sketch(axes: Axes, angle: float) -> None:
     """The skin to scale: the sensors' depths, and the rays along which a sensor reads nothing."""
     for position in _blind_positions(_DEEPEST, angle):
-        axes.plot([0.0, position], [0.0, _DEEPEST], color=GREY, linewidth=0.7, linestyle=DASHED)
+        axes.plot([0.0, position], [0.0, _DEEPEST], color=Ink.GREY, linewidth=0.7, linestyle=DASHED)
     for depth, colour in _DEPTHS.items():
         axes.axhline(depth, color=colour)
         _mark(axes, _blind_positions(depth, angle), depth, colour)
-    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+    axes.axhline(0.0, color=Ink.BLACK, linewidth=0.8)
     axes.annotate("", (0.0, 0.0), (-_ABOVE * np.sin(angle), -_ABOVE * np.cos(angle)), arrowprops=_ARROW)
-    axes.text(-0.97 * _REACH, -0.2, "surface", fontsize=7, color=GREY)
-    axes.text(0.97 * _REACH, -0.2, "○ reads 0", fontsize=7, color=GREY, ha="right")
+    axes.text(-0.97 * _REACH, -0.2, "surface", fontsize=7, color=Ink.GREY)
+    axes.text(0.97 * _REACH, -0.2, "○ reads 0", fontsize=7, color=Ink.GREY, ha="right")
     axes.set(ylim=(_DEEPEST, -_ABOVE), yticks=[0, 1, 2, 3], ylabel="depth $x/d$")
     axes.tick_params(axis="x", bottom=False)
     axes.spines["bottom"].set_visible(False)
@@ -108,10 +92,10 @@ def _times_d(multiple: float) -> str:
 
 
 _VERDICTS = {
-    Verdict.ACCEPTED: ("o", GREEN, "accepted"),
-    Verdict.PULLS: ("v", VERMILLION, "pulls"),
-    Verdict.SLIPS: ("s", ORANGE, "slips"),
-    Verdict.NOT_A_SOLUTION: ("X", GREY, "no solution"),
+    Verdict.ACCEPTED: ("o", Ink.GREEN, "accepted"),
+    Verdict.PULLS: ("v", Ink.VERMILLION, "pulls"),
+    Verdict.SLIPS: ("s", Ink.ORANGE, "slips"),
+    Verdict.NOT_A_SOLUTION: ("X", Ink.GREY, "no solution"),
 }
 
 
@@ -128,13 +112,13 @@ def figure_6() -> Figure:
 
     y = np.linspace(left, right, 801)
     # f itself spans six decades; over (x^2 + y^2)^4 it has the same roots, and is bounded
-    curve.plot(y, eq13(readings, y, x, b) / (x**2 + y**2) ** 4, color=BLACK)
+    curve.plot(y, eq13(readings, y, x, b) / (x**2 + y**2) ** 4, color=Ink.BLACK)
     zero_line(curve)
     curve.set_title("Three readings, four roots, one load")
     low, high = curve.get_ylim()
     curve.set(xlim=(left, right), ylim=(low, high), ylabel=r"$f(y)\,/\,(x^2 + y^2)^4$")
     sketch.axhspan(0.0, below, color="#F2F2F2", linewidth=0)
-    sketch.axhline(0.0, color=BLACK, linewidth=0.9)
+    sketch.axhline(0.0, color=Ink.BLACK, linewidth=0.9)
     for root in found.roots:
         marker, colour, _ = _VERDICTS[root.verdict]
         for axes, ends in ((curve, [0.0, low]), (sketch, [-above, 0.0])):
@@ -142,11 +126,11 @@ def figure_6() -> Figure:
         curve.plot(root.position, 0.0, marker, color=colour, ms=6, zorder=3)
         _root(sketch, root)
     for position, reading, index in zip(sensors, readings, "123", strict=True):
-        sketch.plot(position, x, "o", ms=5, mfc="white", mec=BLACK, mew=0.9)
+        sketch.plot(position, x, "o", ms=5, mfc="white", mec=Ink.BLACK, mew=0.9)
         text = rf"$\varepsilon_{{x{index}}} = {reading:+g}$"
         sketch.text(position, x + 0.62, text, fontsize=7, ha="center", va="center")
     note = "grey: where a load comes from\nthat presses and, with friction 1,\ndoes not slip"
-    sketch.text(left + 0.15, 0.9 * below, note, fontsize=7, color=GREY, va="bottom")
+    sketch.text(left + 0.15, 0.9 * below, note, fontsize=7, color=Ink.GREY, va="bottom")
     sketch.set(ylim=(below, -above), yticks=[0, 1, 2, 3], ylabel="depth $x$")
     sketch.set_xlabel(f"position of the load $y$  (depth {x:g}, pitch {b:g})")
     sketch.spines["left"].set_bounds(below, 0.0)
@@ -179,16 +163,16 @@ def figure_9() -> Figure:
     """A flat punch's edges and a wedge's tip: pressure on the surface, and strain at two depths."""
     punch, wedge = FlatPunch(1.0, half_width=1.0), Wedge(1.0, half_width=1.0)
     looks: dict[str, tuple[Contact, str, Any]] = {
-        "flat punch, its edges at ±a": (punch, BLUE, "solid"),
-        "wedge, its tip at 0": (wedge, VERMILLION, "solid"),
-        "line load": (LineLoad(1.0), BLACK, DASHED),
+        "flat punch, its edges at ±a": (punch, Ink.BLUE, "solid"),
+        "wedge, its tip at 0": (wedge, Ink.VERMILLION, "solid"),
+        "line load": (LineLoad(1.0), Ink.BLACK, DASHED),
     }
     figure = new_figure(DOUBLE, 76.0)
     surface, near, far = figure.subplots(1, 3)
     # nodes that crowd towards the edges and the tip, and miss both: the pressure is infinite there
     inside = np.sin(np.linspace(-0.5, 0.5, 800)[1:-1] * np.pi)
-    surface.plot(inside, punch.pressure(inside), color=BLUE)
-    surface.plot(inside, wedge.pressure(inside), color=VERMILLION)
+    surface.plot(inside, punch.pressure(inside), color=Ink.BLUE)
+    surface.plot(inside, wedge.pressure(inside), color=Ink.VERMILLION)
     _strains(near, 0.5, 3, looks)
     _strains(far, 2.0, 6, looks)
     _along(surface, 2, "pressure on the surface $p\\,a/P$")
@@ -205,15 +189,15 @@ def figure_11() -> Figure:
     figure = new_figure(DOUBLE, 82.0)
     left, right = figure.subplots(1, 2)
     edge = np.sin(np.linspace(-0.5, 0.5, 401) * np.pi)
-    left.plot(edge, UNIT_SKIN.stress(touch, x=0.0, y=edge).xx, color=BLACK, label="surface")
+    left.plot(edge, UNIT_SKIN.stress(touch, x=0.0, y=edge).xx, color=Ink.BLACK, label="surface")
     y = np.linspace(-4.0, 4.0, 801)
-    for depth, colour in {0.5: BLUE, 1.0: GREEN, 2.0: VERMILLION}.items():
+    for depth, colour in {0.5: Ink.BLUE, 1.0: Ink.GREEN, 2.0: Ink.VERMILLION}.items():
         state = UNIT_SKIN.state(touch, x=depth, y=y)
         left.plot(y, state.stress.xx, color=colour, label=_times_a(depth))
         right.plot(y, state.strain.xx, color=colour)
     taken = -Hertz(1.0, half_width=too_wide).pressure(too_wide * edge)
     label = "surface, eq. (17) taken for the half width"
-    left.plot(too_wide * edge, taken, color=GREY, linestyle=DASHED, label=label)
+    left.plot(too_wide * edge, taken, color=Ink.GREY, linestyle=DASHED, label=label)
     _along(left, 4, r"stress $\sigma_x\, a/P$")
     _along(right, 4, _STRAIN)
     _finish(figure, "Cylinder", (left, right), ("Stress", "Strain"), left)
@@ -231,14 +215,14 @@ def figure_12() -> Figure:
     scale = inner / (2 * reach)
     figure, (axes,) = stacked(SINGLE, [scale * (above + below)], left=13.0, right=3.0, top=6.0, foot=18.5)
     axes.axhspan(-below, 0.0, color="#F2F2F2", linewidth=0)
-    axes.plot(y, contact.pressure(y), color=BLACK, label="pressure $p$")
-    axes.plot(y, contact.shear(y), color=VERMILLION, linestyle=DASHED, label=r"shear $q = p\,\tan\alpha$")
+    axes.plot(y, contact.pressure(y), color=Ink.BLACK, label="pressure $p$")
+    axes.plot(y, contact.shear(y), color=Ink.VERMILLION, linestyle=DASHED, label=r"shear $q = p\,\tan\alpha$")
     for position in np.linspace(-0.9, 0.9, 13):
         tip = (position + float(contact.shear(position)), -float(contact.pressure(position)))
-        arrow = {"arrowstyle": "-|>", "color": BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
+        arrow = {"arrowstyle": "-|>", "color": Ink.BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
         axes.annotate("", tip, (position, 0.0), arrowprops=arrow)
-    axes.plot([], [], color=BLUE, label="traction on the skin")
-    axes.axhline(0.0, color=BLACK, linewidth=0.9)
+    axes.plot([], [], color=Ink.BLUE, label="traction on the skin")
+    axes.axhline(0.0, color=Ink.BLACK, linewidth=0.9)
     axes.set(xlim=(-reach, reach), ylim=(-below, above), yticks=[0, 0.5, 1])
     axes.set(xlabel=_PLACE, ylabel="traction / largest $p$")
     axes.set_title(r"Drag in proportion to pressure, $\alpha = 25°$")
@@ -251,16 +235,16 @@ def figure_13() -> Figure:
     """A cylinder dragged at several angles: strain at two depths, and its slope beneath the centre."""
     figure = new_figure(DOUBLE, 80.0)
     far, near, slopes = figure.subplots(1, 3)
-    colours = {0: SKY, 15: BLUE, 30: GREEN, 45: VERMILLION}
+    colours = {0: Ink.SKY, 15: Ink.BLUE, 30: Ink.GREEN, 45: Ink.VERMILLION}
     dragged = {f"α = {a}°": (Hertz(1.0, np.deg2rad(a), half_width=1.0), c, "solid") for a, c in colours.items()}
     for axes, depth, reach in ((far, 2.0, 6), (near, 0.4, 3)):
         _strains(axes, depth, reach, dragged)
         _tangents(axes, np.deg2rad(45.0), depth, reach)
     x = np.linspace(0.0, 4.0, 401)
     right, printed = _slopes(x)
-    slopes.plot(x, right, color=BLACK, label="slope under the centre")
-    slopes.plot(x, printed, color=BLACK, linestyle=DASHED, label="by eq. (21) as printed")
-    slopes.plot(BLIND_DEPTH, 0.0, "o", color=BLACK, ms=4.5)
+    slopes.plot(x, right, color=Ink.BLACK, label="slope under the centre")
+    slopes.plot(x, printed, color=Ink.BLACK, linestyle=DASHED, label="by eq. (21) as printed")
+    slopes.plot(BLIND_DEPTH, 0.0, "o", color=Ink.BLACK, ms=4.5)
     note: dict[str, Any] = {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3}
     text = f"blind depth ${BLIND_DEPTH:.3f}\\,a$"
     slopes.annotate(text, (BLIND_DEPTH, 0.0), (1.2, 0.3), fontsize=7, arrowprops=note)
@@ -318,5 +302,5 @@ def _tangents(axes: Axes, angle: float, depth: float, reach: float) -> None:
     ends = np.array([-0.2, 0.2]) * reach
     for slope, dash in zip(_slopes(np.array(depth)), ("solid", DASHED), strict=True):
         rise = float(slope) * np.sin(angle)
-        axes.plot(ends, height + rise * ends, color=BLACK, linestyle=dash, linewidth=1.0, zorder=3)
-    axes.plot(0.0, height, "o", color=BLACK, ms=3, zorder=3)
+        axes.plot(ends, height + rise * ends, color=Ink.BLACK, linestyle=dash, linewidth=1.0, zorder=3)
+    axes.plot(0.0, height, "o", color=Ink.BLACK, ms=3, zorder=3)

@@ -23,7 +23,7 @@ from ..estimate import Estimate
 from ..finger import Finger
 from ..skin import Skin
 from ..tensor import State
-from .style import BLACK, GREY, MM
+from .style import MM, Ink
 
 LEFT, RIGHT, FOOT = 13.5, 18.0, 9.5
 """Margins [mm]: beside the panels, and below them for the label."""
@@ -137,11 +137,11 @@ def levels_of(values: FloatArray) -> FloatArray:
 def inside(axes: Axes, skin: Skin, foot: float) -> None:
     """The rigid base, where it is in the picture, and the interfaces between layers."""
     if MM * skin.thickness < foot:
-        grey: dict[str, Any] = {"facecolor": "#DDDDDD", "edgecolor": GREY, "hatch": "////", "label": "rigid base"}
+        grey: dict[str, Any] = {"facecolor": "#DDDDDD", "edgecolor": Ink.GREY, "hatch": "////", "label": "rigid base"}
         axes.axhspan(MM * skin.thickness, foot, linewidth=0, **grey)
-        axes.axhline(MM * skin.thickness, color=BLACK, linewidth=0.9)
+        axes.axhline(MM * skin.thickness, color=Ink.BLACK, linewidth=0.9)
     for depth in skin.interfaces:
-        axes.axhline(MM * depth, color=BLACK, linewidth=0.6, linestyle=(0, (5, 2)))
+        axes.axhline(MM * depth, color=Ink.BLACK, linewidth=0.6, linestyle=(0, (5, 2)))
 
 
 def colour_bar(axes: Axes, drawn: ContourSet, label: str, height: float) -> None:
@@ -181,8 +181,8 @@ def sensors(axes: Axes, finger: Finger, estimate: Estimate | None) -> None:
     y, depth, half = (MM * np.asarray(a) for a in (array.y, array.depth, 0.5 * np.asarray(array.width)))
     used = array.live if estimate is None else np.reshape(estimate.used, -1)
     for i in np.flatnonzero(half > 0):
-        axes.plot([y[i] - half[i], y[i] + half[i]], [depth[i]] * 2, color=BLACK, linewidth=2.4, zorder=2.6)
-    dot: dict[str, Any] = {"mfc": "white", "mec": BLACK, "mew": 0.9, "ms": 5.0, "zorder": 2.8, "clip_on": False}
+        axes.plot([y[i] - half[i], y[i] + half[i]], [depth[i]] * 2, color=Ink.BLACK, linewidth=2.4, zorder=2.6)
+    dot: dict[str, Any] = {"mfc": "white", "mec": Ink.BLACK, "mew": 0.9, "ms": 5.0, "zorder": 2.8, "clip_on": False}
     axes.plot(y[used], depth[used], "o", label="sensor", **dot)
     if not used.all():
         axes.plot(y[~used], depth[~used], "X", label="sensor left out", **dot)

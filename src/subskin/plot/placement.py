@@ -18,11 +18,11 @@ from .._check import FloatArray
 from ..design.placement import PlacementQuality
 from ..design.search import DesignedFinger, DesignStudy
 from ..errors import GeometryError, InvalidValueError
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, MM, ORANGE, PINK, VERMILLION, finished, legend, new_figure, plain
+from .style import DOUBLE, MM, Ink, finished, legend, new_figure, plain
 
 __all__ = ["design_map_figure", "placement_figure", "placement_study_figure"]
 
-_COLOURS = (VERMILLION, ORANGE, GREEN, BLUE, PINK, BLACK)
+_COLOURS = (Ink.VERMILLION, Ink.ORANGE, Ink.GREEN, Ink.BLUE, Ink.PINK, Ink.BLACK)
 _LEAST, _MOST = 3.0, 300.0
 """Largest over smallest standard deviation that a map's colours tell apart: an even map looks even."""
 
@@ -85,13 +85,13 @@ def _over_angles(figure: Figure, axes: Axes, quality: PlacementQuality, std: Flo
     _map(figure, axes, positions, angles, std, label)
     unsure = (quality.ambiguous + quality.unfelt).T
     if (unsure >= 0.5).any():
-        with mpl.rc_context({"hatch.linewidth": 0.5, "hatch.color": VERMILLION}):
+        with mpl.rc_context({"hatch.linewidth": 0.5, "hatch.color": Ink.VERMILLION}):
             axes.contourf(positions, angles, unsure, levels=[0.5, 2.0], colors="none", hatches=["/////"])
-        axes.contour(positions, angles, unsure, levels=[0.5], colors=VERMILLION, linewidths=0.6)
+        axes.contour(positions, angles, unsure, levels=[0.5], colors=Ink.VERMILLION, linewidths=0.6)
     array = quality.finger.array
     y = MM * np.asarray(array.y)[array.live]
     edge: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False}
-    axes.plot(y, np.full(y.size, -0.02), marker=6, ls="none", color=BLACK, ms=5, **edge)
+    axes.plot(y, np.full(y.size, -0.02), marker=6, ls="none", color=Ink.BLACK, ms=5, **edge)
     margin = 0.02 * (positions[-1] - positions[0])
     axes.set_xlim(min(positions[0], y.min()) - margin, max(positions[-1], y.max()) + margin)
     axes.tick_params(axis="x", pad=6)
@@ -109,9 +109,9 @@ def _over_area(figure: Figure, axes: Axes, quality: PlacementQuality, std: Float
     _map(figure, axes, y, z, kept, label)
     unsure = np.average(quality.ambiguous, axis=-1, weights=quality.weight).T
     if (unsure >= 0.5).any() and not (unsure >= 0.5).all():
-        axes.contour(y, z, unsure, levels=[0.5], colors=[VERMILLION], linewidths=1.2)
+        axes.contour(y, z, unsure, levels=[0.5], colors=[Ink.VERMILLION], linewidths=1.2)
     points = MM * np.unique(quality.finger.array.points[quality.finger.array.live], axis=0)
-    axes.plot(*points.T, "o", mfc="white", mec=BLACK, mew=0.9, ms=4.5, zorder=3)
+    axes.plot(*points.T, "o", mfc="white", mec=Ink.BLACK, mew=0.9, ms=4.5, zorder=3)
     seen = np.concatenate([points, np.stack([y[[0, -1]], z[[0, -1]]], axis=-1)])
     low, high = seen.min(axis=0), seen.max(axis=0)
     margin = 0.04 * float((high - low).max())
@@ -207,7 +207,7 @@ def placement_study_figure(
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     left.set_ylabel(f"std of the position / depth, {_MEASURES[measure]}")
     right.set(ylabel="unsure touches [%]", ylim=(0.8 * _FLOOR, 130))
-    right.axhline(100 * most, color=GREY, lw=0.6, ls=(0, (4, 3)))
+    right.axhline(100 * most, color=Ink.GREY, lw=0.6, ls=(0, (4, 3)))
     legend(figure, left, ncols=6)
     return figure
 
@@ -215,7 +215,7 @@ def placement_study_figure(
 _MEASURES = {"position_worst": "at worst", "position_95": "95 % below", "position_mean": "mean"}
 
 
-_KIND_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PINK, BLACK)
+_KIND_COLOURS = (Ink.BLUE, Ink.VERMILLION, Ink.GREEN, Ink.ORANGE, Ink.PINK, Ink.BLACK)
 _DASHES = ("-", "--", ":", "-.")
 _TOP = 30.0
 """Ratios above this are drawn as this."""
@@ -262,7 +262,7 @@ def design_map_figure(study: DesignStudy, finger: DesignedFinger | None = None) 
     right.set_title("best of each count" if study.goals.on_area else "best depth and pitch for each count")
     plain(right.yaxis, _ticks(*ends))
     right.xaxis.set_major_locator(FixedLocator(counts[:: max(1, counts.size // 8)].tolist()))
-    right.plot([row.count], [chosen.excess], "o", mfc="none", mec=BLACK, ms=9, zorder=4)
+    right.plot([row.count], [chosen.excess], "o", mfc="none", mec=Ink.BLACK, ms=9, zorder=4)
     if counts.size > 1:
         legend(figure, right, ncols=min(2, len(study.goals.skins) * len(study.goals.choices)))
     return figure
@@ -286,13 +286,13 @@ def _design_map(figure: Figure, axes: Axes, study: DesignStudy, chosen: Designed
         axes.set(xscale="log", yscale="log")
         filled = np.where(np.isfinite(excess), excess, 2 * _TOP)
         if (filled <= 1).any():
-            axes.contour(pitches, depths, filled, levels=[1.0], colors=[BLACK], linewidths=1.2)
+            axes.contour(pitches, depths, filled, levels=[1.0], colors=[Ink.BLACK], linewidths=1.2)
         bar = figure.colorbar(mesh, ax=axes, label="worst ratio to what is wanted")
         plain(bar.ax.yaxis, [0.2, 0.5, 1, 2, 5, 10, 30] if good else _ticks(low, max(high, 1.5 * low)))
     plain(axes.xaxis, _ticks(pitches[0], pitches[-1]))
     plain(axes.yaxis, _ticks(depths[0], depths[-1]))
     if not row.free:
-        axes.plot([1e3 * row.pitch], [1e3 * row.depth], "o", mfc="white", mec=VERMILLION, mew=1.6, ms=7)
+        axes.plot([1e3 * row.pitch], [1e3 * row.depth], "o", mfc="white", mec=Ink.VERMILLION, mew=1.6, ms=7)
 
 
 def _of_counts(counts: np.ndarray, excess: np.ndarray) -> np.ndarray:

@@ -21,15 +21,11 @@ from ..estimate import PressureImage, PressureMap, Status
 from ..io.files import replacing
 from ..loads import force_unit
 from .style import (
-    BLACK,
-    BLUE,
     DOUBLE,
-    GREEN,
-    GREY,
     MM,
     NORMAL_95,
     SINGLE,
-    VERMILLION,
+    Ink,
     finished,
     house_style,
     legend,
@@ -82,7 +78,7 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     _tractions(upper, found, truth, origin)
     _sensors(upper, found, origin)
-    lower.plot(MM * (found.y + origin), MM * found.resolution, color=GREY)
+    lower.plot(MM * (found.y + origin), MM * found.resolution, color=Ink.GREY)
     # where next to nothing is seen the width is any; what lies beyond four times the centre's is cut off
     there = float(np.interp(found.centre, found.y, found.resolution))
     lower.set_ylim(0, MM * min(1.1 * float(found.resolution.max()), 4 * there))
@@ -105,10 +101,10 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
     largest = float(found.pressure.max())
     scale, unit = scale_of(largest, found.mapper.relative)
     dragged = found.mapper.shear != "none"
-    curves = [("pressure", found.pressure, found.pressure_interval, BLUE)]
+    curves = [("pressure", found.pressure, found.pressure_interval, Ink.BLUE)]
     if dragged:
         half = NORMAL_95 * found.shear_std
-        curves.append(("shear", found.shear, np.stack([found.shear - half, found.shear + half], -1), VERMILLION))
+        curves.append(("shear", found.shear, np.stack([found.shear - half, found.shear + half], -1), Ink.VERMILLION))
     for name, values, band, colour in curves:
         look: dict[str, Any] = {"alpha": 0.2, "linewidth": 0, "label": f"{name}, 95 %"}
         axes.fill_between(MM * (y + origin), *band.T / scale, color=colour, **look)
@@ -120,7 +116,7 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
             real: FloatArray = np.array(getattr(truth, name)(fine))
             real[~np.isfinite(real)] = np.nan
             label = "what pressed" if k == 0 else None
-            axes.plot(MM * (fine + origin), real / scale, color=BLACK, linestyle="--", linewidth=0.9, label=label)
+            axes.plot(MM * (fine + origin), real / scale, color=Ink.BLACK, linestyle="--", linewidth=0.9, label=label)
             highest = max(highest, min(1.05 * float(np.nanmax(real)), 2 * highest))
     zero_line(axes)
     axes.set_ylim(lowest / scale - 0.08 * (highest - lowest) / scale, highest / scale)
@@ -128,13 +124,13 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
     axes.set_ylabel(f"{'pressure and shear' if dragged else 'pressure'}{apart}[{unit}]")
     width = float(np.interp(found.centre, y, found.resolution))
     ends, label = MM * (found.centre + origin + width * np.array([-0.5, 0.5])), f"resolution {MM * width:.2g} mm"
-    axes.plot(ends, np.full(2, 0.94 * highest / scale), color=GREY, lw=2.5, solid_capstyle="butt", label=label)
+    axes.plot(ends, np.full(2, 0.94 * highest / scale), color=Ink.GREY, lw=2.5, solid_capstyle="butt", label=label)
 
 
 def _sensors(axes: Axes, found: PressureMap, origin: float) -> None:
     position, used = MM * (np.asarray(found.mapper.array.y) + origin), np.asarray(found.used)
-    edge: dict[str, Any] = {"color": GREEN, "ms": 3, "transform": axes.get_xaxis_transform()}
-    for at, face, name in ((position[used], GREEN, "sensors"), (position[~used], "none", "not used")):
+    edge: dict[str, Any] = {"color": Ink.GREEN, "ms": 3, "transform": axes.get_xaxis_transform()}
+    for at, face, name in ((position[used], Ink.GREEN, "sensors"), (position[~used], "none", "not used")):
         if at.size:
             axes.plot(at, np.full(at.size, 0.03), "^", mfc=face, label=name, **edge)
 
@@ -340,7 +336,7 @@ def pressure_movie(
         axes = figure.subplots()
         picture = _image(axes, (found.y, found.z), at, pressure[0] / scale, largest / scale)
         axes.set(xlabel="position $y$ [mm]", ylabel="position $z$ [mm]")
-        axes.plot(*at.of(*found.mapper.array.points.T), "o", markersize=1.2, color=GREY)
+        axes.plot(*at.of(*found.mapper.array.points.T), "o", markersize=1.2, color=Ink.GREY)
         figure.colorbar(picture, ax=axes, label=f"pressure [{unit}]", shrink=0.8)
         title = axes.set_title(" ")
         settled(figure)

@@ -12,28 +12,12 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from ..design.response import SpatialResponse
 from ..design.sampling import AliasingError, SensorDensity
 from ..errors import GeometryError
-from .style import (
-    BLACK,
-    BLUE,
-    DASHED,
-    DOUBLE,
-    GREEN,
-    GREY,
-    MM,
-    ORANGE,
-    SINGLE,
-    VERMILLION,
-    finished,
-    legend,
-    new_figure,
-    unit_of,
-    zero_line,
-)
+from .style import DASHED, DOUBLE, MM, SINGLE, Ink, finished, legend, new_figure, unit_of, zero_line
 
 __all__ = ["aliasing_figure", "decades", "density_figure", "response_figure"]
 
 LOADS = ("pressure", "shear")
-COLOURS = (BLUE, VERMILLION)
+COLOURS = (Ink.BLUE, Ink.VERMILLION)
 _FLOOR = 1e-4
 _KINDS = 3
 _LINES = ("-", (0, (5, 2)), (0, (1.5, 1.5)))
@@ -142,9 +126,9 @@ def _nyquist(upper: Axes, lower: Axes, found: SpatialResponse) -> None:
     if gaps.size and gaps.min() > 0 and np.ptp(gaps) < 1e-9 * gaps.max():
         at = 0.5 / (MM * float(gaps.mean()))
         for axes in (upper, lower):
-            axes.axvline(at, color=GREY, lw=0.7, ls=(0, (2, 2)), zorder=0.6)
+            axes.axvline(at, color=Ink.GREY, lw=0.7, ls=(0, (2, 2)), zorder=0.6)
         if 0.1 < at * MM / float(found.frequency.max()) < 0.95:  # within the panel, along the line
-            note: dict[str, Any] = {"ha": "right", "va": "bottom", "rotation": 90, "fontsize": 7, "color": GREY}
+            note: dict[str, Any] = {"ha": "right", "va": "bottom", "rotation": 90, "fontsize": 7, "color": Ink.GREY}
             upper.annotate("two pitches", (at, 0.04), (-1, 0), ("data", "axes fraction"), "offset points", **note)
 
 
@@ -193,7 +177,7 @@ def density_figure(found: SensorDensity) -> Figure:
         ends = 0.5 / (MM * pitch[:, load])
         axes.plot(ends, 1 / wanted, ls="", marker="o", ms=4.5, mfc="white", mec=COLOURS[load], zorder=3)
     for ratio in wanted:
-        axes.axhline(1 / ratio, color=GREY, lw=0.5, zorder=0.5)
+        axes.axhline(1 / ratio, color=Ink.GREY, lw=0.5, zorder=0.5)
     decades(axes, lowest, 2.0)
     axes.set(xlim=(0, last / (2 * np.pi * MM)), xlabel="spatial frequency [1/mm]")
     axes.set_ylabel("read of a wave / of the wave read most")
@@ -254,16 +238,16 @@ def aliasing_figure(found: AliasingError, shift: int | None = None) -> Figure:
     recovered = scale * (found.reading + found.error[row])
     figure = new_figure(SINGLE, 92.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    upper.plot(y, scale * found.reading, color=BLACK, label="true reading")
-    upper.plot(y, recovered, color=ORANGE, ls=DASHED, label="recovered")
+    upper.plot(y, scale * found.reading, color=Ink.BLACK, label="true reading")
+    upper.plot(y, recovered, color=Ink.ORANGE, ls=DASHED, label="recovered")
     samples = scale * np.interp(at, y, found.reading)
-    upper.plot(at, samples, "o", ms=4, mfc="white", mec=BLUE, label="sensors")
+    upper.plot(at, samples, "o", ms=4, mfc="white", mec=Ink.BLUE, label="sensors")
     upper.set_ylabel("reading [% of largest]")
     band = scale * np.abs(found.error).max(axis=0)
-    lower.fill_between(y, -band, band, color=ORANGE, alpha=0.2, lw=0, label="any shift of the row")
-    lower.plot(y, scale * found.error[row], color=ORANGE, label="error")
+    lower.fill_between(y, -band, band, color=Ink.ORANGE, alpha=0.2, lw=0, label="any shift of the row")
+    lower.plot(y, scale * found.error[row], color=Ink.ORANGE, label="error")
     for side in (-100, 100):
-        lower.axhline(side * found.bound, color=GREEN, lw=0.8, ls=DASHED, label="bound" * (side > 0))
+        lower.axhline(side * found.bound, color=Ink.GREEN, lw=0.8, ls=DASHED, label="bound" * (side > 0))
     lower.set(xlabel="position along the skin $y$ [mm]", ylabel="error [% of largest]")
     lower.set(xlim=(y[0], y[-1]), ylim=(-115 * found.bound, 115 * found.bound))
     zero_line(upper)

@@ -16,15 +16,15 @@ from ..design.ridges import PressedRidges, RidgeGain, read_ridged
 from ..errors import GeometryError
 from ..finger import Finger
 from .memo_lines import UNIT_SKIN
-from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, VERMILLION, finished, legend, new_figure, plain, zero_line
+from .style import DASHED, DOUBLE, Ink, finished, legend, new_figure, plain, zero_line
 
 __all__ = ["figure_16", "pressed_ridges_figure", "ridge_figure"]
 
 _LINES = {
     "peak": ("largest anywhere", "#BBBBBB", "-"),
-    "beneath": ("beneath a ridge", BLUE, "-"),
-    "between": ("between two", VERMILLION, "-"),
-    "ripple": ("the ridges' part", GREEN, DASHED),
+    "beneath": ("beneath a ridge", Ink.BLUE, "-"),
+    "between": ("between two", Ink.VERMILLION, "-"),
+    "ripple": ("the ridges' part", Ink.GREEN, DASHED),
 }
 _LEVELS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0)
 _TITLES = ("At the same peak pressure", "At the same load")
@@ -87,7 +87,7 @@ def _curves(axes: Axes, found: RidgeGain, equal: str) -> None:
         wide = 3.0 if name == "peak" else 1.2  # it shows where another line lies on it
         values = getattr(getattr(found, equal), name)
         axes.plot(along, values, color=colour, linestyle=dash, linewidth=wide, label=text)
-    axes.axhline(1.0, color=GREY, linewidth=0.5, zorder=0.5)
+    axes.axhline(1.0, color=Ink.GREY, linewidth=0.5, zorder=0.5)
     axes.set_xlabel(label)
     if equal == "equal_peak":
         axes.set_ylabel("gain over a smooth skin")
@@ -113,12 +113,12 @@ def _map(axes: Axes, found: RidgeGain, equal: str) -> None:
     gain = np.ma.masked_invalid(getattr(found, equal).peak)
     filled = axes.contourf(pitch, width, np.log(gain), levels=np.log(_LEVELS), cmap="PuOr", extend="both")
     filled.set_clim(-np.log(4.0), np.log(4.0))
-    lines = axes.contour(pitch, width, gain, levels=_LEVELS, colors=BLACK, linewidths=0.5)
+    lines = axes.contour(pitch, width, gain, levels=_LEVELS, colors=Ink.BLACK, linewidths=0.5)
     axes.clabel(lines, fmt=lambda level: f"{level:g}", fontsize=7)
     axes.set_yscale("log")
     plain(axes.yaxis, small=True)
     ends, text = np.array([pitch.min(), pitch.max()]), "a contact as wide as the pitch"
-    axes.plot(ends, 0.5 * ends, color=VERMILLION, linewidth=1.0, linestyle=DASHED, label=text)
+    axes.plot(ends, 0.5 * ends, color=Ink.VERMILLION, linewidth=1.0, linestyle=DASHED, label=text)
     axes.set(ylim=(width.min(), width.max()), xlabel=_PITCH)
     if equal == "equal_peak":
         axes.set_ylabel(_WIDTH)
@@ -157,19 +157,19 @@ def pressed_ridges_figure(found: PressedRidges) -> Figure:
     along = (1 / found.filling)[order]
     figure = new_figure(DOUBLE, 70.0)
     gains, touches = figure.subplots(1, 2, sharex=True)
-    gains.plot(along, found.solved.peak[order], "o-", color=BLACK, ms=3, label="solved")
+    gains.plot(along, found.solved.peak[order], "o-", color=Ink.BLACK, ms=3, label="solved")
     assumed = f"smooth pressure times {found.shape}"
-    gains.plot(along, found.assumed.peak[order], color=GREY, linestyle=DASHED, label=assumed)
+    gains.plot(along, found.assumed.peak[order], color=Ink.GREY, linestyle=DASHED, label=assumed)
     gains.set_ylim(0.0, 1.15 * float(max(found.solved.peak.max(), found.assumed.peak.max())))
     gains.set_ylabel("gain of the largest reading")
     gains.set_title("At the same load")
-    touches.plot(along, found.touching[order], "o-", color=BLUE, ms=3, label="share of the width that touches")
+    touches.plot(along, found.touching[order], "o-", color=Ink.BLUE, ms=3, label="share of the width that touches")
     valley = "pressure in the valley / at the crest"
-    touches.plot(along, found.valley[order], "s-", color=VERMILLION, ms=3, label=valley)
+    touches.plot(along, found.valley[order], "s-", color=Ink.VERMILLION, ms=3, label=valley)
     touches.set(ylabel="share", ylim=(-0.03, 1.25))
     touches.set_title("How far the ridges touch")
     for axes in (gains, touches):
-        axes.axvline(1.0, color=GREY, linewidth=0.5, zorder=0.5)
+        axes.axvline(1.0, color=Ink.GREY, linewidth=0.5, zorder=0.5)
         axes.set_xlabel("closing pressure / greatest smooth pressure")
         _log(axes, along)
         axes.set_xlim(along.min() / 1.1, along.max() * 1.1)
@@ -196,12 +196,12 @@ def figure_16() -> Figure:
     figure = new_figure(DOUBLE, 92.0)
     panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=[1.0, 1.5])
     for (above, below), load, strain in zip(panels.T, (pressure, ridges.share(y) * pressure), strains, strict=True):
-        above.fill_between(y, load, color=VERMILLION, alpha=0.25, linewidth=0)
-        above.plot(y, load, color=VERMILLION)
+        above.fill_between(y, load, color=Ink.VERMILLION, alpha=0.25, linewidth=0)
+        above.plot(y, load, color=Ink.VERMILLION)
         zero_line(below)
-        below.plot(y, strain, color=BLUE)
+        below.plot(y, strain, color=Ink.BLUE)
         below.set_xlabel("position along the skin, in depths, $y/d$")
-    panels[0, 1].plot(y, pressure, color=GREY, linewidth=0.7, linestyle=DASHED)
+    panels[0, 1].plot(y, pressure, color=Ink.GREY, linewidth=0.7, linestyle=DASHED)
     panels[0, 0].set_ylim(0.0, 1.1)
     panels[1, 0].set(xlim=(-_REACH, _REACH), ylim=(-0.34, 0.32))
     panels[0, 0].set_ylabel("pressure $p/p_0$")
@@ -212,9 +212,9 @@ def figure_16() -> Figure:
     _sensors(panels[1, 1], found, y, strains[1])
     for axes in panels[1]:
         for side in (-1, 1):
-            axes.axhline(side * float(found.smooth), color=GREY, linewidth=0.7, linestyle=DASHED)
+            axes.axhline(side * float(found.smooth), color=Ink.GREY, linewidth=0.7, linestyle=DASHED)
     text = "largest strain, here and dashed on the right"
-    panels[1, 0].text(0.0, -1.1 * float(found.smooth), text, fontsize=7, color=GREY, ha="center", va="top")
+    panels[1, 0].text(0.0, -1.1 * float(found.smooth), text, fontsize=7, color=Ink.GREY, ha="center", va="top")
     return figure
 
 
@@ -223,8 +223,8 @@ def _sensors(axes: Axes, found: RidgeGain, y: FloatArray, strain: FloatArray) ->
     pitch = float(found.pitch)
     last = int(_HALF_WIDTH / (0.5 * pitch))
     number = np.arange(-last, last + 1)
-    for odd, mark, face, label in ((0, "o", BLACK, "sensor beneath a ridge"), (1, "s", "white", "between two")):
+    for odd, mark, face, label in ((0, "o", Ink.BLACK, "sensor beneath a ridge"), (1, "s", "white", "between two")):
         at = 0.5 * pitch * number[number % 2 == odd]
-        look: dict[str, Any] = {"ms": 4, "mfc": face, "mec": BLACK, "mew": 0.9, "zorder": 3, "label": label}
+        look: dict[str, Any] = {"ms": 4, "mfc": face, "mec": Ink.BLACK, "mew": 0.9, "zorder": 3, "label": label}
         axes.plot(at, np.interp(at, y, strain), mark, **look)
     axes.legend(loc="upper center", ncols=2, columnspacing=1.0)

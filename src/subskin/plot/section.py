@@ -19,7 +19,7 @@ from ..estimate import Estimate, Status
 from ..finger import Finger
 from ..skin import Skin
 from . import pieces
-from .style import BLACK, DOUBLE, MM, NORMAL_95, VERMILLION, finished, frame_of, single, stacked, unit_of, zero_line
+from .style import DOUBLE, MM, NORMAL_95, Ink, finished, frame_of, single, stacked, unit_of, zero_line
 
 __all__ = ["cut_open", "draw_found", "finger_section"]
 
@@ -121,7 +121,7 @@ def cut_open(
     scale = pieces.Scale(top, max([force.size for force in forces], default=1.0) or 1.0, min(1.0, inner / 140.0))
     if contact is None or component is None:
         axes.axhspan(0.0, min(bottom, MM * skin.thickness), color="#F3E9DC", linewidth=0, zorder=0.1)
-        axes.axhline(0.0, color=BLACK, linewidth=0.9, clip_on=False)
+        axes.axhline(0.0, color=Ink.BLACK, linewidth=0.9, clip_on=False)
     else:
         box = axes.get_position()
         bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, box.height))
@@ -208,8 +208,8 @@ def _above(axes: Axes, contact: Contact, forces: list[pieces.Force], scale: piec
         label = "pressure" if infinite else f"pressure, at most {peak / 1e3:.3g} kPa"
         grey: dict[str, Any] = {"color": "#C9C9C9", "linewidth": 0, "zorder": 1.5, "label": label}
         axes.fill_between(y, -height, 0.0, where=height != 0, **grey)
-    axes.axhline(0.0, color=BLACK, linewidth=0.9, zorder=2)
-    thick: dict[str, Any] = {"color": BLACK, "linewidth": 3.6 * scale.weight}
+    axes.axhline(0.0, color=Ink.BLACK, linewidth=0.9, zorder=2)
+    thick: dict[str, Any] = {"color": Ink.BLACK, "linewidth": 3.6 * scale.weight}
     for force in forces:
         pieces.arrow(axes, force, scale.length(force.size), mutation_scale=14 * scale.weight, zorder=3, **thick)
         where = f"{np.degrees(force.angle):z.1f}°, y = {force.position:z.2f} mm".replace("-", "−")
@@ -227,11 +227,11 @@ def draw_found(axes: Axes, estimate: Estimate, scale: pieces.Scale, gap: str) ->
     force, length = pieces.Force(MM * position, size, angle), scale.length(size)
     turn = np.linspace(angle - half[2], angle + half[2], 31)
     rim = np.column_stack([force.position - length * np.sin(turn), -length * np.cos(turn)])
-    wedge = Polygon(np.vstack([[force.position, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5)
+    wedge = Polygon(np.vstack([[force.position, 0.0], rim]), color=Ink.VERMILLION, alpha=0.3, linewidth=0, zorder=3.5)
     axes.add_patch(wedge)
-    thin: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.6 * scale.weight}
+    thin: dict[str, Any] = {"color": Ink.VERMILLION, "linewidth": 1.6 * scale.weight}
     pieces.arrow(axes, force, length, mutation_scale=8 * scale.weight, zorder=4, **thin)
-    axes.errorbar(force.position, 0.0, xerr=MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4)
+    axes.errorbar(force.position, 0.0, xerr=MM * half[0], color=Ink.VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4)
     degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.position, MM * half[0])
     text = f"found ({status}): {_pm(size, half[1])} {estimate.force_unit} at {degrees}°,{gap}y = {where} mm"
     axes.plot([], [], label=text, **thin)
@@ -251,10 +251,10 @@ def _readings(axes: Axes, finger: Finger, contact: Contact, estimate: Estimate |
     half = NORMAL_95 * np.asarray(array.noise) / np.abs(gain)
     scale, label = _UNITS.get(unit_of(finger, otherwise="?"), (1.0, "measured"))
 
-    loads: list[tuple[Contact, dict[str, Any]]] = [(contact, {"color": BLACK, "linewidth": 3.2, "alpha": 0.25})]
+    loads: list[tuple[Contact, dict[str, Any]]] = [(contact, {"color": Ink.BLACK, "linewidth": 3.2, "alpha": 0.25})]
     if estimate is not None and np.isfinite(np.squeeze(estimate.position)):
         found = LineLoad(*(float(np.squeeze(v)) for v in (estimate.force, estimate.angle, estimate.position)))
-        loads.append((found, {"color": VERMILLION, "linewidth": 1.1}))
+        loads.append((found, {"color": Ink.VERMILLION, "linewidth": 1.1}))
     dense = _alike(finger, np.linspace(*axes.get_xlim(), 401) / MM)
     for load, style in loads:
         if dense is not None:
@@ -262,7 +262,14 @@ def _readings(axes: Axes, finger: Finger, contact: Contact, estimate: Estimate |
         else:
             at, size = MM * np.asarray(array.y)[live], scale * finger.measure(load)[live]
             axes.plot(at, size, "_", ms=10, color=style["color"], mew=style["linewidth"])
-    bars: dict[str, Any] = {"ms": 4.5, "mfc": "white", "mec": BLACK, "mew": 0.9, "ecolor": BLACK, "elinewidth": 0.8}
+    bars: dict[str, Any] = {
+        "ms": 4.5,
+        "mfc": "white",
+        "mec": Ink.BLACK,
+        "mew": 0.9,
+        "ecolor": Ink.BLACK,
+        "elinewidth": 0.8,
+    }
     axes.errorbar(MM * np.asarray(array.y), scale * measured, yerr=scale * half, fmt="o", zorder=3, **bars)
     zero_line(axes)
     axes.margins(y=0.12)

@@ -19,7 +19,7 @@ from . import pieces
 from .above import area_map, finger_above
 from .section import cut_open, draw_found, finger_section, window_of
 from .strips import contact_strip
-from .style import BLACK, GREY, MM, SINGLE, finished, legend, new_figure, single
+from .style import MM, SINGLE, Ink, finished, legend, new_figure, single
 from .truth import truth_above, truth_against_estimate
 
 __all__ = ["estimate_figure", "field_map", "finger_figure"]
@@ -195,8 +195,8 @@ def _single(found: Estimate) -> Figure:
     if near:
         force, worse = f"{float(second.force):.3g} {found.force_unit}", f"chi-square {float(second.chi2):.3g} worse"
         text = f"rival: {force} at y = {rival:.2f} mm, {worse}"
-        axes.plot([rival], [0.0], "v", color=GREY, markersize=6, label=text, clip_on=False)
-    axes.axhline(0.0, color=BLACK, linewidth=0.9)
+        axes.plot([rival], [0.0], "v", color=Ink.GREY, markersize=6, label=text, clip_on=False)
+    axes.axhline(0.0, color=Ink.BLACK, linewidth=0.9)
     axes.set(xlim=(centre - reach, centre + reach), ylim=(0.12 * top, -1.1 * top))
     axes.set_aspect("equal")
     axes.set_yticks([])

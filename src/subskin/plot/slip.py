@@ -23,23 +23,7 @@ from ..estimate.side.row import Changes
 from ..finger import Finger
 from ..memo import eq20, eq20_corrected, eq21, eq21_corrected, eq22
 from .memo_lines import BLIND_DEPTH, UNIT_SKIN
-from .style import (
-    BLACK,
-    BLUE,
-    DASHED,
-    DOUBLE,
-    GREEN,
-    GREY,
-    NORMAL_95,
-    ORANGE,
-    SKY,
-    VERMILLION,
-    finished,
-    legend,
-    new_figure,
-    plain,
-    zero_line,
-)
+from .style import DASHED, DOUBLE, NORMAL_95, Ink, finished, legend, new_figure, plain, zero_line
 
 __all__ = ["side_angle_figure", "slip_figure"]
 
@@ -112,7 +96,7 @@ def _cone(axes: Axes, judged: Slip, index: tuple[int, ...], most: float, high: f
     for side in (1, -1):
         axes.fill_between(n, side * steep * n, side * max(high, steep * most), color=_SLIDES, lw=0, zorder=0)
         label = "cone, by its median" if side > 0 else None
-        axes.plot(n, side * middle * n, color=BLACK, lw=1.0, label=label)
+        axes.plot(n, side * middle * n, color=Ink.BLACK, lw=1.0, label=label)
     axes.set(xlim=(0, most), ylim=(-high, high))
     zero_line(axes)
 
@@ -133,30 +117,30 @@ def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> No
     n, t = np.meshgrid(np.linspace(0, most, _GRID), np.linspace(bottom, top, _GRID))
     chance = judged.probability_at(index, n, t)
     for level, line in ((0.1, "-."), (bound, "--")):
-        axes.contour(n, t, chance, [level], colors=VERMILLION, linewidths=0.9, linestyles=[line])
-        axes.plot([], [], color=VERMILLION, lw=0.9, ls=line, label=f"slips with {100 * level:.3g} %")
+        axes.contour(n, t, chance, [level], colors=Ink.VERMILLION, linewidths=0.9, linestyles=[line])
+        axes.plot([], [], color=Ink.VERMILLION, lw=0.9, ls=line, label=f"slips with {100 * level:.3g} %")
     values, vectors = np.linalg.eigh(covariance)
     width, height = 2 * np.sqrt(_CHI2_95 * np.maximum(values[::-1], 0.0))
     turn = float(np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
-    ring: dict[str, Any] = {"facecolor": BLUE, "alpha": 0.25, "lw": 0, "zorder": 3}
+    ring: dict[str, Any] = {"facecolor": Ink.BLUE, "alpha": 0.25, "lw": 0, "zorder": 3}
     axes.add_patch(Ellipse((normal, tangential), float(width), float(height), angle=turn, **ring))
-    axes.plot(normal, tangential, "o", color=BLUE, zorder=4, label="load found, 95 %")
+    axes.plot(normal, tangential, "o", color=Ink.BLUE, zorder=4, label="load found, 95 %")
     edge = np.sign(tangential or 1.0) * float(judged.margin[index] + abs(tangential))
-    axes.plot([normal, normal], [tangential, edge], color=BLUE, lw=0.9, ls=":", zorder=3)
+    axes.plot([normal, normal], [tangential, edge], color=Ink.BLUE, lw=0.9, ls=":", zorder=3)
     beside = 0.5 * np.sqrt(_CHI2_95 * covariance[0, 0]) + 0.02 * most
     margin = f"{judged.margin[index]:.2g}".replace("-", "−")
     text = f"margin {margin} ± {NORMAL_95 * float(judged.margin_std[index]):.2g} {judged.estimate.force_unit}"
     white = {"facecolor": "w", "alpha": 0.75, "lw": 0, "pad": 1.0}
     note: dict[str, Any] = {"fontsize": 7, "bbox": white, "zorder": 3.2}
-    axes.text(normal - beside, 0.5 * (tangential + edge), text, color=BLUE, ha="right", va="center", **note)
+    axes.text(normal - beside, 0.5 * (tangential + edge), text, color=Ink.BLUE, ha="right", va="center", **note)
     if reach:
-        arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": GREEN, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
+        arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": Ink.GREEN, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", xy=(least, tangential), xytext=(normal, tangential), arrowprops=arrow, zorder=3.5)
         up = tangential < 0
         position = tangential + (0.06 if up else -0.06) * (top - bottom)
         text = f"least for {100 * bound:.3g} %: {least:.3g} {judged.estimate.force_unit}"
         ha, away = ("left", beside) if least > normal else ("right", -beside)
-        axes.text(normal + away, position, text, color=GREEN, ha=ha, va="bottom" if up else "top", **note)
+        axes.text(normal + away, position, text, color=Ink.GREEN, ha=ha, va="bottom" if up else "top", **note)
     axes.legend(loc="upper left" if tangential >= 0 else "lower left")
     verdict = SlipVerdict(int(judged.verdict[index])).name.lower().replace("_", " ")
     axes.set_title(f"{verdict}: probability of slip {_percent(float(judged.probability[index]))}")
@@ -172,14 +156,14 @@ def _zone(axes: Axes, judged: Slip, index: tuple[int, ...]) -> None:
     y = np.linspace(-1, 1, 1602)[1:-1]  # not at 0, where a wedge's pressure is infinite
     if judged.bodies is None:
         held, drag = _tractions(judged.contact, y, stick, float(np.minimum(judged.ratio[index], 1.0)))
-        axes.plot(y, held, color=GREY, lw=0.9, ls="--", label="what friction holds, $\\mu\\,p$")
-        axes.plot(y, drag, color=BLACK, label="shear, $|q|$")
+        axes.plot(y, held, color=Ink.GREY, lw=0.9, ls="--", label="what friction holds, $\\mu\\,p$")
+        axes.plot(y, drag, color=Ink.BLACK, label="shear, $|q|$")
         axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.1))
     low, high = judged.stick_interval[index]
-    axes.barh(-0.25, 2, 0.22, left=-1, color=VERMILLION, alpha=0.55, lw=0)
-    axes.barh(-0.25, 2 * stick, 0.22, left=-stick, color=GREEN, lw=0)
-    axes.plot([[-high, -low, low, high]] * 2, [[-0.4] * 4, [-0.1] * 4], color=BLACK, lw=0.9)
-    axes.text(1.03, -0.25, "slips", color=VERMILLION, va="center", fontsize=7)
+    axes.barh(-0.25, 2, 0.22, left=-1, color=Ink.VERMILLION, alpha=0.55, lw=0)
+    axes.barh(-0.25, 2 * stick, 0.22, left=-stick, color=Ink.GREEN, lw=0)
+    axes.plot([[-high, -low, low, high]] * 2, [[-0.4] * 4, [-0.1] * 4], color=Ink.BLACK, lw=0.9)
+    axes.text(1.03, -0.25, "slips", color=Ink.VERMILLION, va="center", fontsize=7)
     if stick > 0.15:
         axes.text(0, -0.25, "sticks", color="w", ha="center", va="center", fontsize=7)
     axes.set(xlim=(-1.45, 1.45), ylim=(-0.45, 2.0), yticks=[0, 1, 2])
@@ -264,14 +248,14 @@ def _profiles(printed: Axes, right: Axes) -> None:
         (right, eq20_corrected, eq21_corrected(1.0, 1.0, _DEPTH, -np.pi / 2, 1.0), "Corrected"),
     ):
         press, drag = (law(1.0, _DEPTH, y, alpha, 1.0, -1.0, 1.0) for alpha in (0.0, -np.pi / 2))
-        for degrees, colour in {0: SKY, 15: BLUE, 30: GREEN, 45: VERMILLION}.items():
+        for degrees, colour in {0: Ink.SKY, 15: Ink.BLUE, 30: Ink.GREEN, 45: Ink.VERMILLION}.items():
             angle = np.deg2rad(degrees)
             axes.plot(y, press * np.cos(angle) + drag * np.sin(angle), color=colour, label=f"α = {degrees}°")
             height = press[y.size // 2] * np.cos(angle)
             ends = np.array([-0.5, 0.5])
-            axes.plot(ends, height + float(slope) * np.sin(angle) * ends, color=BLACK, linewidth=0.9, zorder=3)
-            axes.plot(0.0, height, "o", color=BLACK, ms=2.2, zorder=3)
-        axes.plot([], [], color=BLACK, linewidth=0.9, label="slope beneath the centre")
+            axes.plot(ends, height + float(slope) * np.sin(angle) * ends, color=Ink.BLACK, linewidth=0.9, zorder=3)
+            axes.plot(0.0, height, "o", color=Ink.BLACK, ms=2.2, zorder=3)
+        axes.plot([], [], color=Ink.BLACK, linewidth=0.9, label="slope beneath the centre")
         axes.set(xlim=(-_REACH, _REACH), xlabel="position along the skin $y/a$")
         axes.set_title(title, fontweight="normal")
         zero_line(axes)
@@ -281,11 +265,11 @@ def _profiles(printed: Axes, right: Axes) -> None:
 def _slopes(axes: Axes) -> None:
     x = np.linspace(0.0, 4.0, 801)
     wrong = float(eq22(1.0, 2.0, -np.pi / 2, 1.0))
-    axes.plot(x, eq21_corrected(1.0, 1.0, x, -np.pi / 2, 1.0), color=BLACK, label="corrected")
-    axes.plot(x, eq21(1.0, 2.0, x, -np.pi / 2, 1.0), color=VERMILLION, linestyle=DASHED, label="(21) as printed")
-    axes.plot([0.0, 0.5], [wrong, wrong], color=ORANGE, linewidth=1.6, label="(22) as printed, wide contacts")
+    axes.plot(x, eq21_corrected(1.0, 1.0, x, -np.pi / 2, 1.0), color=Ink.BLACK, label="corrected")
+    axes.plot(x, eq21(1.0, 2.0, x, -np.pi / 2, 1.0), color=Ink.VERMILLION, linestyle=DASHED, label="(21) as printed")
+    axes.plot([0.0, 0.5], [wrong, wrong], color=Ink.ORANGE, linewidth=1.6, label="(22) as printed, wide contacts")
     text = f"zero at every angle: ${BLIND_DEPTH:.3f}\\,a$"
-    axes.plot(BLIND_DEPTH, 0.0, "o", color=BLACK, ms=4.0, linestyle="none", label=text)
+    axes.plot(BLIND_DEPTH, 0.0, "o", color=Ink.BLACK, ms=4.0, linestyle="none", label=text)
     axes.set(xlim=(0, 4), xlabel="depth $x/a$", xticks=range(5))
     axes.set_ylabel(r"slope $(d\varepsilon_x/dy)\, E a^2 / (P\, \sin\alpha)$")
     axes.set_title("Slope beneath the centre", fontweight="normal")
@@ -295,10 +279,10 @@ def _slopes(axes: Axes) -> None:
 def _published(axes: Axes) -> None:
     x = np.linspace(0.02, 4.0, 2000)
     slope = eq21_corrected(1.0, 1.0, x, -_TRUE, 1.0)
-    axes.axhline(np.rad2deg(_TRUE), color=BLACK, label="the force")
+    axes.axhline(np.rad2deg(_TRUE), color=Ink.BLACK, label="the force")
     for unit, width, colour, dash in (
-        ("half the width", 2.0, VERMILLION, DASHED),
-        ("the width", 1.0, BLUE, (0, (1, 1))),
+        ("half the width", 2.0, Ink.VERMILLION, DASHED),
+        ("the width", 1.0, Ink.BLUE, (0, (1, 1))),
     ):
         # in units in which the half width is width / 2, the same slope is so much larger
         per_sine = eq21(1.0, width, x * width / 2, -np.pi / 2, 1.0) * (width / 2) ** 2
@@ -306,7 +290,7 @@ def _published(axes: Axes) -> None:
             sine = slope / per_sine
         told = np.rad2deg(np.arcsin(np.where(np.abs(sine) <= 1, sine, np.nan)))
         axes.plot(x, told, color=colour, linestyle=dash, label=f"(21), unit of length {unit}")
-    axes.axvline(BLIND_DEPTH, color=GREY, linewidth=0.6, zorder=0.5, label="blind depth")
+    axes.axvline(BLIND_DEPTH, color=Ink.GREY, linewidth=0.6, zorder=0.5, label="blind depth")
     axes.set(xlim=(0, 4), ylim=(-90, 90), xlabel="depth $x/a$", xticks=range(5), yticks=range(-90, 91, 30))
     axes.set_ylabel("angle from the slope [degrees]")
     axes.set_title("Angle by eq. (21)", fontweight="normal")
@@ -325,13 +309,13 @@ def _spread(axes: Axes, noise: float) -> None:
     near = side_angle(row, row.read(touch), position_std=_KNOWN, **known)
     gradient = side_angle_from_gradients(pair, pair.read(touch), position=0.0, most_std=np.inf)
     for std, label, style in (
-        (_bound(row, touch), "full fit: nothing known", {"color": BLACK}),
-        (exact.std, "slope: centre and width known", {"color": BLUE}),
-        (near.std, "slope: centre to 1 % of depth", {"color": BLUE, "linestyle": DASHED}),
-        (gradient.std, "gradients, two depths: centre known", {"color": GREEN}),
+        (_bound(row, touch), "full fit: nothing known", {"color": Ink.BLACK}),
+        (exact.std, "slope: centre and width known", {"color": Ink.BLUE}),
+        (near.std, "slope: centre to 1 % of depth", {"color": Ink.BLUE, "linestyle": DASHED}),
+        (gradient.std, "gradients, two depths: centre known", {"color": Ink.GREEN}),
     ):
         axes.plot(ratio, np.rad2deg(std), label=label, **style)
-    axes.axvline(BLIND_DEPTH, color=GREY, linewidth=0.6, zorder=0.5)
+    axes.axvline(BLIND_DEPTH, color=Ink.GREY, linewidth=0.6, zorder=0.5)
     axes.set(xscale="log", yscale="log", xlim=(0.4, 4), ylim=(0.05, 100), xlabel="depth / half width $x/a$")
     plain(axes.xaxis, [0.5, 1, 2, 4], small=True)
     axes.yaxis.set_major_formatter("{x:g}")

@@ -15,26 +15,11 @@ from .._check import FloatArray
 from ..decide import TypeDecision
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    GREY,
-    MM,
-    ORANGE,
-    PINK,
-    SINGLE,
-    SKY,
-    VERMILLION,
-    finished,
-    legend,
-    new_figure,
-)
+from .style import DOUBLE, MM, SINGLE, Ink, finished, legend, new_figure
 
 __all__ = ["contact_strip", "drift_figure", "probability_strip"]
 
-_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PINK, SKY)
+_COLOURS = (Ink.BLUE, Ink.VERMILLION, Ink.GREEN, Ink.ORANGE, Ink.PINK, Ink.SKY)
 
 
 @finished
@@ -73,14 +58,14 @@ def contact_strip(found: Estimate, *, origin: float = 0.0) -> Figure:
         chosen = found.status == status
         if chosen.any():
             at, middle, wide = frames[chosen], centre[chosen], half[chosen]
-            look: dict[str, Any] = {"color": SKY, "alpha": alpha, "linewidth": 0, "label": f"contact, {name}"}
+            look: dict[str, Any] = {"color": Ink.SKY, "alpha": alpha, "linewidth": 0, "label": f"contact, {name}"}
             position.bar(at, 2 * wide, 1.0, middle - wide, **look)
-            position.plot(at, middle, ".", color=BLUE, markersize=2.5, alpha=alpha)
+            position.plot(at, middle, ".", color=Ink.BLUE, markersize=2.5, alpha=alpha)
     _marks(position, frames, found.status)
     position.set_ylabel("position along the skin, $y$ [mm]")
     normal, drag = found.force * np.cos(found.angle), found.force * np.sin(found.angle)
-    force.plot(frames, normal, ".", color=BLACK, markersize=2.5, label="normal")
-    force.plot(frames, drag, ".", color=VERMILLION, markersize=2.5, label="drag")
+    force.plot(frames, normal, ".", color=Ink.BLACK, markersize=2.5, label="normal")
+    force.plot(frames, drag, ".", color=Ink.VERMILLION, markersize=2.5, label="drag")
     force.legend(loc="best")
     force.set(xlabel="frame", ylabel=f"force [{found.force_unit}]", xlim=(-0.5, frames[-1] + 0.5))
     legend(figure, position, loc="outside upper left", ncols=3)
@@ -98,9 +83,9 @@ def _row(shape: tuple[int, ...]) -> npt.NDArray[np.intp]:
 def _marks(axes: Axes, frames: npt.NDArray[np.intp], status: npt.NDArray[np.int8]) -> None:
     """Frames that have nothing to draw: along the upper edge."""
     for kind, colour, name in (
-        (Status.UNEXPLAINED, VERMILLION, "unexplained"),
-        (Status.NO_CONTACT, GREY, "no contact"),
-        (Status.INCOMPLETE, PINK, "incomplete"),
+        (Status.UNEXPLAINED, Ink.VERMILLION, "unexplained"),
+        (Status.NO_CONTACT, Ink.GREY, "no contact"),
+        (Status.INCOMPLETE, Ink.PINK, "incomplete"),
     ):
         at = frames[status == kind]
         if at.size:
@@ -139,10 +124,10 @@ def probability_strip(said: TypeDecision) -> Figure:
     for i, name in enumerate(said.names):
         axes.bar(frames, share[:, i], 1.0, base, color=_COLOURS[i % len(_COLOURS)], linewidth=0, label=name)
         base += share[:, i]
-    axes.axhline(said.sure, color=BLACK, linewidth=0.6, linestyle="--", label=f"{said.sure:g}: decided")
+    axes.axhline(said.sure, color=Ink.BLACK, linewidth=0.6, linestyle="--", label=f"{said.sure:g}: decided")
     unsure = frames[said.status == Status.AMBIGUOUS]
     if unsure.size:
-        axes.plot(unsure, np.full(unsure.size, 1.04), "v", color=GREY, markersize=3, label="cannot tell")
+        axes.plot(unsure, np.full(unsure.size, 1.04), "v", color=Ink.GREY, markersize=3, label="cannot tell")
     axes.set(xlabel="frame", ylabel="probability", xlim=(-0.5, frames[-1] + 0.5), ylim=(0, 1.08))
     _marks(axes, frames, said.status)
     legend(figure, axes, first=said.names, loc="outside upper left", ncols=3)
@@ -219,12 +204,12 @@ def drift_figure(
     followed = tared.offset[:, sensor]
     figure = new_figure(DOUBLE, 84.0)
     panels = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
-    panels[0].plot(clock, data[:, sensor], color=BLUE, lw=0.6, label="read")
+    panels[0].plot(clock, data[:, sensor], color=Ink.BLUE, lw=0.6, label="read")
     for axes in panels:
         _shade(axes, clock, tared.free)
-        axes.plot(clock, followed, color=VERMILLION, lw=1.2, label="offset, followed", zorder=3)
+        axes.plot(clock, followed, color=Ink.VERMILLION, lw=1.2, label="offset, followed", zorder=3)
         if true is not None:
-            axes.plot(clock, true, color=BLACK, lw=0.8, ls=(0, (3, 2)), label="offset, true", zorder=4)
+            axes.plot(clock, true, color=Ink.BLACK, lw=0.8, ls=(0, (3, 2)), label="offset, true", zorder=4)
     seen = np.concatenate([followed[np.isfinite(followed)], np.empty(0) if true is None else true])
     if seen.size and np.ptp(seen) > 0:
         margin = 0.15 * float(np.ptp(seen))

@@ -27,16 +27,9 @@ from ..finger import Finger
 from ..io.files import path_of
 
 __all__ = [
-    "BLACK",
-    "BLUE",
-    "GREEN",
-    "GREY",
     "LETTERS",
-    "ORANGE",
-    "PINK",
-    "SKY",
-    "VERMILLION",
     "Figure",
+    "Ink",
     "encoded",
     "frame_of",
     "heading",
@@ -54,10 +47,14 @@ __all__ = [
 SINGLE, DOUBLE = 84.0, 174.0
 """Widths of a column and of a page [mm]."""
 
-# Okabe and Ito's palette: told apart with any common colour vision.
-BLACK, GREY = "#000000", "#6E6E6E"
-BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
-SKY, PINK = "#56B4E9", "#CC79A7"
+
+class Ink:
+    """Okabe and Ito's palette: told apart with any common colour vision."""
+
+    BLACK, GREY = "#000000", "#6E6E6E"
+    BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
+    SKY, PINK = "#56B4E9", "#CC79A7"
+
 
 DASHED = (0, (4, 2))
 MM = 1e3
@@ -265,7 +262,7 @@ def stacked(
 
 def zero_line(axes: Axes) -> None:
     """The line of no strain, so that compression and extension are told apart at sight."""
-    axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+    axes.axhline(0.0, color=Ink.GREY, linewidth=0.5, zorder=0.5)
 
 
 def unit_of(finger: Finger, otherwise: str) -> str:

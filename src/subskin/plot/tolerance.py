@@ -14,21 +14,7 @@ from .._check import FloatArray
 from ..calibration import BlindCalibration
 from ..design.tolerance import SOURCES, Cost, ToleranceBudget
 from ..errors import GeometryError
-from .style import (
-    BLACK,
-    BLUE,
-    DASHED,
-    DOUBLE,
-    GREEN,
-    GREY,
-    NORMAL_95,
-    ORANGE,
-    VERMILLION,
-    finished,
-    legend,
-    new_figure,
-    plain,
-)
+from .style import DASHED, DOUBLE, NORMAL_95, Ink, finished, legend, new_figure, plain
 
 __all__ = ["blind_figure", "tolerance_figure"]
 
@@ -87,10 +73,10 @@ def _intervals(axes: Axes, found: BlindCalibration, called: list[str]) -> None:
     least = NORMAL_95 * np.array([p.limit for p in found.parameters]) / prior
     row = np.arange(len(prior))
     axes.barh(row, 2 * NORMAL_95, left=-NORMAL_95, height=0.62, color=_PALE, label="as drawn")
-    axes.hlines(row, moved - half, moved + half, color=BLUE, linewidth=3.2, label="as found")
-    axes.hlines(row, moved - least, moved + least, color=BLACK, linewidth=1.0, label="at best")
-    axes.plot(moved, row, "o", color=BLUE, markersize=4.0, markeredgecolor="white", markeredgewidth=0.5)
-    axes.axvline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+    axes.hlines(row, moved - half, moved + half, color=Ink.BLUE, linewidth=3.2, label="as found")
+    axes.hlines(row, moved - least, moved + least, color=Ink.BLACK, linewidth=1.0, label="at best")
+    axes.plot(moved, row, "o", color=Ink.BLUE, markersize=4.0, markeredgecolor="white", markeredgewidth=0.5)
+    axes.axvline(0.0, color=Ink.GREY, linewidth=0.5, zorder=0.5)
     texts = [p.name if p.sensor is None else f"{p.name} {called[p.sensor]}" for p in found.parameters]
     axes.set_yticks(row, texts)
     axes.set_ylim(len(prior) - 0.4, -0.6)
@@ -106,12 +92,14 @@ def _progress(axes: Axes, found: BlindCalibration) -> None:
     used = int(found.used.sum())
     touches = np.geomspace(max(used / 30, 2), 100 * used, 60)
     ratios = np.array([(r.position, r.angle) for r in map(found.error_ratio, touches)])
-    for ratio, name, colour, dash in zip(ratios.T, ("position", "angle"), (BLUE, ORANGE), ("-", "--"), strict=True):
+    for ratio, name, colour, dash in zip(
+        ratios.T, ("position", "angle"), (Ink.BLUE, Ink.ORANGE), ("-", "--"), strict=True
+    ):
         if np.isfinite(ratio).all():
             axes.plot(touches, ratio, color=colour, linestyle=dash, label=f"rms error of {name}")
-    axes.axvline(used, color=GREY, linewidth=0.5, zorder=0.5)
-    axes.axhline(1.0, color=GREY, linewidth=0.5, zorder=0.5)
-    note: dict[str, Any] = {"va": "top", "color": GREY, "fontsize": 7}
+    axes.axvline(used, color=Ink.GREY, linewidth=0.5, zorder=0.5)
+    axes.axhline(1.0, color=Ink.GREY, linewidth=0.5, zorder=0.5)
+    note: dict[str, Any] = {"va": "top", "color": Ink.GREY, "fontsize": 7}
     axes.annotate(f"{used} used", (used, 1.0), (3, -2), ("data", "axes fraction"), "offset points", **note)
     axes.set(xscale="log", yscale="log", xlabel="touches like those used", ylabel="times a known finger's")
     top = float(np.nanmax(ratios))
@@ -185,7 +173,7 @@ def tolerance_figure(budget: ToleranceBudget, position: float | None = None, ang
     panels[0].set_ylim(len(rows) - 0.4, -0.6)
     for axes in panels:
         axes.tick_params(axis="y", length=0)
-        axes.axhline(len(budget.rows) - 0.5, color=GREY, linewidth=0.5)
+        axes.axhline(len(budget.rows) - 0.5, color=Ink.GREY, linewidth=0.5)
     count = len(panels[0].get_legend_handles_labels()[1])
     legend(figure, panels[0], first=["rms"], loc="outside upper center", ncols=count, columnspacing=1.4)
     return figure
@@ -212,15 +200,15 @@ def _bars(axes: Axes, panel: _Panel, rows: list[Cost]) -> None:
     summed = np.array([row.source in _TOTAL for row in rows])
     rms, worst = (_values(panel, rows, kind) for kind in ("rms", "worst"))
     axes.set_xscale("log")
-    axes.barh(at, rms, height=0.62, color=np.where(summed, GREY, BLUE), alpha=0.85, label="rms")
-    axes.plot(worst, at, "|", color=BLACK, markersize=8.0, markeredgewidth=1.2, label="worst touch")
+    axes.barh(at, rms, height=0.62, color=np.where(summed, Ink.GREY, Ink.BLUE), alpha=0.85, label="rms")
+    axes.plot(worst, at, "|", color=Ink.BLACK, markersize=8.0, markeredgewidth=1.2, label="worst touch")
     axes.set_xlabel(panel.label)
 
 
 def _recovered(axes: Axes, panel: _Panel, budget: ToleranceBudget) -> None:
     """What is left after each kind of self-calibration, beside the source's bar; the last is of all at once."""
     at = {row.source: i for i, row in enumerate(budget.rows)} | {"together": len(budget.rows) + 1}
-    looks = (("known", GREEN, "o", "calibrated at known positions"), ("blind", ORANGE, "D", "calibrated blind"))
+    looks = (("known", Ink.GREEN, "o", "calibrated at known positions"), ("blind", Ink.ORANGE, "D", "calibrated blind"))
     for name, colour, marker, label in looks:
         found = [(getattr(r, name), at[r.source]) for r in budget.recovered if getattr(r, name) is not None]
         if found:
@@ -237,7 +225,7 @@ def _limits(axes: Axes, panel: _Panel, budget: ToleranceBudget, goal: float | No
     every = every[np.isfinite(every) & (every > 0)]
     top = float(every.max()) if every.size else 1.0
     if goal is not None:
-        axes.axvline(panel.scale * goal, color=VERMILLION, linewidth=1.0, linestyle=DASHED, label="wanted")
+        axes.axvline(panel.scale * goal, color=Ink.VERMILLION, linewidth=1.0, linestyle=DASHED, label="wanted")
         top = max(top, panel.scale * goal)
     low = max(top / 10**_DECADES, 0.5 * float(every[every > top / 10**_DECADES].min()) if every.size else 0.0)
     axes.set_xlim(low, 1.6 * top)

@@ -17,23 +17,7 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError
 from ..estimate import Estimate, Status
-from .style import (
-    BLACK,
-    BLUE,
-    DASHED,
-    GREY,
-    MM,
-    NORMAL_95,
-    ORANGE,
-    PINK,
-    SINGLE,
-    SKY,
-    VERMILLION,
-    finished,
-    legend,
-    new_figure,
-    zero_line,
-)
+from .style import DASHED, MM, NORMAL_95, SINGLE, Ink, finished, legend, new_figure, zero_line
 
 __all__ = ["truth_above", "truth_against_estimate"]
 
@@ -48,11 +32,11 @@ class _Look(NamedTuple):
 
 
 LOOKS = {
-    Status.OK: _Look("o", BLUE, "ok"),
-    Status.AMBIGUOUS: _Look("D", ORANGE, "ambiguous"),
-    Status.NO_CONTACT: _Look("P", GREY, "no contact"),
-    Status.UNEXPLAINED: _Look("X", VERMILLION, "unexplained"),
-    Status.INCOMPLETE: _Look("s", PINK, "incomplete"),
+    Status.OK: _Look("o", Ink.BLUE, "ok"),
+    Status.AMBIGUOUS: _Look("D", Ink.ORANGE, "ambiguous"),
+    Status.NO_CONTACT: _Look("P", Ink.GREY, "no contact"),
+    Status.UNEXPLAINED: _Look("X", Ink.VERMILLION, "unexplained"),
+    Status.INCOMPLETE: _Look("s", Ink.PINK, "incomplete"),
 }
 """How a frame of each status is drawn."""
 
@@ -173,12 +157,12 @@ def _found(axes: Axes, frames: _Frames) -> list[PolyCollection]:
             clouds.append(_density(axes, group.truth, group.found))
         else:
             _points(axes, kind, group, group.found, f"{LOOKS[kind].name} ({group.truth.size})")
-    axes.axline((0.0, 0.0), slope=1.0, color=BLACK, linewidth=0.6, zorder=0.9)
+    axes.axline((0.0, 0.0), slope=1.0, color=Ink.BLACK, linewidth=0.6, zorder=0.9)
     lost = frames.where(~np.isfinite(frames.found))
     if lost.truth.size:
         ticks = lost.thinned().truth
         edge: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "label": f"no position ({lost.truth.size})"}
-        axes.plot(ticks, np.full(ticks.size, 0.012), "|", color=BLACK, ms=6, mew=0.6, **edge)
+        axes.plot(ticks, np.full(ticks.size, 0.012), "|", color=Ink.BLACK, ms=6, mew=0.6, **edge)
     axes.set_ylabel("estimated position [mm]")
     return clouds
 
@@ -203,12 +187,12 @@ def _errors(axes: Axes, frames: _Frames) -> list[PolyCollection]:
     if good.truth.size:
         position, low, middle, high = _bands(good)
         if clouds:
-            axes.plot(position, low, color=BLACK, linewidth=0.7, zorder=2.4, label="95 % of errors")
-            axes.plot(position, high, color=BLACK, linewidth=0.7, zorder=2.4)
+            axes.plot(position, low, color=Ink.BLACK, linewidth=0.7, zorder=2.4, label="95 % of errors")
+            axes.plot(position, high, color=Ink.BLACK, linewidth=0.7, zorder=2.4)
         else:
-            look = {"color": SKY, "alpha": 0.3, "linewidth": 0, "zorder": 0.4, "label": "95 % of errors"}
+            look = {"color": Ink.SKY, "alpha": 0.3, "linewidth": 0, "zorder": 0.4, "label": "95 % of errors"}
             axes.fill_between(position, low, high, **look)
-        axes.plot(position, middle, color=BLACK, linewidth=0.9, linestyle=DASHED, zorder=2.5, label="median error")
+        axes.plot(position, middle, color=Ink.BLACK, linewidth=0.9, linestyle=DASHED, zorder=2.5, label="median error")
     axes.set(xlabel="true position [mm]", ylabel="error [mm]", ylim=(-1.08 * reach, 1.08 * reach))
     return clouds
 
@@ -321,15 +305,15 @@ def truth_above(
     axes = figure.subplots()
     points = None if sensors is None else MM * _check.real("sensors", sensors, unit="m")
     if points is not None:
-        axes.plot(*points.T, "s", color=GREY, ms=5, mew=0, alpha=0.35, zorder=0.5, label="sensor")
+        axes.plot(*points.T, "s", color=Ink.GREY, ms=5, mew=0, alpha=0.35, zorder=0.5, label="sensor")
     known = np.asarray(np.isfinite(at).all(axis=1))
     scale = 1.0
     if truth is not None:
         scale = _larger(true, at, known)
         ends = true + scale * (at - true)
         lines = np.stack([true[known], ends[known]], axis=1)
-        axes.add_collection(LineCollection(list(lines), colors=BLACK, linewidths=0.5, zorder=1.5))
-        axes.plot(*true.T, "+", color=BLACK, ms=3.5, mew=0.6, zorder=1.6, label="true position")
+        axes.add_collection(LineCollection(list(lines), colors=Ink.BLACK, linewidths=0.5, zorder=1.5))
+        axes.plot(*true.T, "+", color=Ink.BLACK, ms=3.5, mew=0.6, zorder=1.6, label="true position")
         at = ends
     doubt = np.zeros_like(at)
     if covariance is not None and len(at) <= MANY // 10:
@@ -382,11 +366,11 @@ def _ellipses(axes: Any, at: FloatArray, covariance: FloatArray, scale: float) -
     angles = np.degrees(np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]))
     drawn = EllipseCollection(
         sizes[:, 1], sizes[:, 0], angles, units="xy", offsets=at, offset_transform=axes.transData,
-        facecolors=SKY, edgecolors="none", alpha=0.3, zorder=1.0,
+        facecolors=Ink.SKY, edgecolors="none", alpha=0.3, zorder=1.0,
     )  # fmt: skip
     axes.add_collection(drawn)
     # a collection has no key of its own
-    axes.plot([], [], "o", color=SKY, alpha=0.3, ms=6, mew=0, label="95 % ellipse")
+    axes.plot([], [], "o", color=Ink.SKY, alpha=0.3, ms=6, mew=0, label="95 % ellipse")
 
 
 def _said(true: FloatArray, at: FloatArray, scale: float, good: npt.NDArray[np.bool_], known: bool) -> str:

@@ -16,29 +16,11 @@ from ..design.two_point import TwoPointLimen, TwoPointStudy
 from ..errors import GeometryError
 from ..finger import Finger
 from .memo_lines import UNIT_SKIN
-from .style import (
-    BLACK,
-    BLUE,
-    DASHED,
-    DOUBLE,
-    GREEN,
-    GREY,
-    MM,
-    ORANGE,
-    PINK,
-    SKY,
-    VERMILLION,
-    finished,
-    heading,
-    legend,
-    new_figure,
-    plain,
-    zero_line,
-)
+from .style import DASHED, DOUBLE, MM, Ink, finished, heading, legend, new_figure, plain, zero_line
 
 __all__ = ["figure_18", "figure_19", "two_point_figure", "two_point_study_figure"]
 
-_COLOURS = (VERMILLION, ORANGE, GREEN, SKY, BLUE, PINK, BLACK)
+_COLOURS = (Ink.VERMILLION, Ink.ORANGE, Ink.GREEN, Ink.SKY, Ink.BLUE, Ink.PINK, Ink.BLACK)
 _RIVAL = {"point": "one point", "wide": "one wide contact"}
 
 
@@ -77,19 +59,21 @@ def _over_position(axes: Axes, found: TwoPointLimen) -> None:
     ceiling = MM * float(found.step[-1])
     low, high = np.minimum(worst.min(axis=1), ceiling), np.minimum(worst.max(axis=1), ceiling)
     shares = f"shares {found.share.min():.2g} to {found.share.max():.2g} of the force"
-    axes.fill_between(position, low, high, color=SKY, alpha=0.4, linewidth=0, label=shares)
+    axes.fill_between(position, low, high, color=Ink.SKY, alpha=0.4, linewidth=0, label=shares)
     told = np.where(np.isfinite(equal), equal, np.nan)
-    axes.plot(position, told, "o-", color=BLUE, ms=2.5, label=_split(float(found.share[order[0]])))
+    axes.plot(position, told, "o-", color=Ink.BLUE, ms=2.5, label=_split(float(found.share[order[0]])))
     never = position[np.isinf(worst).any(axis=1)]
     if never.size:
         label = f"some read as one within {ceiling:.3g} mm"
-        axes.plot(never, np.full(never.size, ceiling), "^", color=VERMILLION, label=label)
+        axes.plot(never, np.full(never.size, ceiling), "^", color=Ink.VERMILLION, label=label)
     sensors = MM * np.asarray(found.finger.array.y)[found.finger.array.live]
     axes.set_yscale("log")
     finite = worst[np.isfinite(worst)]
     least = float(finite.min()) if finite.size else ceiling / 10
     axes.set_ylim(0.5 * least, 1.3 * ceiling if never.size or not finite.size else 1.5 * float(finite.max()))
-    axes.plot(sensors, np.full(sensors.size, 0.58 * least), "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="sensors")
+    axes.plot(
+        sensors, np.full(sensors.size, 0.58 * least), "o", ms=4, mfc="white", mec=Ink.BLACK, mew=0.9, label="sensors"
+    )
     plain(axes.yaxis)
     axes.set(xlabel="middle of the two points [mm]", ylabel="least separation read as two [mm]")
 
@@ -104,7 +88,7 @@ def _told(axes: Axes, found: TwoPointLimen) -> None:
     ends = MM * found.step[[0, -1]]
     x = np.concatenate([ends[:1], values[np.isfinite(values)], ends[1:]])
     y = np.concatenate([[0.0], np.arange(1, x.size - 1), [np.isfinite(values).sum()]]) * 100 / values.size
-    axes.step(x, y, where="post", color=BLUE)
+    axes.step(x, y, where="post", color=Ink.BLUE)
     least = max(0.5 * float(values[0]), float(ends[0])) if np.isfinite(values[0]) else float(ends[1]) / 10
     axes.set(xscale="log", xlim=(least, float(ends[1])), ylim=(0, 105))
     axes.set(xlabel="separation [mm]", ylabel="touches read as two [%]")
@@ -181,7 +165,7 @@ def _few(values: FloatArray) -> list[float]:
 # One full scale: the strain right beneath a unit point at unit depth; readings are compression in shares of it.
 _GAIN = -2 * np.pi / 3
 _APART = 0.5
-_SENSOR_COLOURS = (BLUE, VERMILLION, GREEN)
+_SENSOR_COLOURS = (Ink.BLUE, Ink.VERMILLION, Ink.GREEN)
 _POINTS, _FORCES = np.array([-0.75, 0.6]), np.array([0.8, 0.5])
 _REACH = 3.0
 _NOISE = 1e-3
@@ -225,8 +209,8 @@ def _channels(axes: Axes, finger: Finger, one: float, force: float) -> None:
         axes.plot(y, field[:, i], color=colour, label=f"sensor {i + 1}")
         axes.plot(np.asarray(finger.array.y)[i], -0.28, "o", ms=4, mfc="white", mec=colour, mew=1.0)
     for position, size in zip(_POINTS, _FORCES, strict=True):
-        _arrow(axes, float(position), float(size), BLACK)
-    _arrow(axes, one, force, ORANGE)
+        _arrow(axes, float(position), float(size), Ink.BLACK)
+    _arrow(axes, one, force, Ink.ORANGE)
     axes.set(xlim=(-_REACH, _REACH), ylim=(-0.36, 2.5), yticks=[0.0, 0.5, 1.0])
     axes.set(xlabel="position of a point [depths]", ylabel="reading [full scale]")
     axes.spines["left"].set_bounds(-0.36, 1.1)
@@ -243,20 +227,20 @@ def _plane(axes: Axes, finger: Finger, one: float, force: float) -> None:
     """The curve of a unit point in the plane of the two readings; the sum of two, and its ray."""
     y = np.linspace(-_REACH, _REACH, 601)
     curve = finger.receptive_field(y)[..., 0]
-    axes.plot(*curve.T, color=GREY)
+    axes.plot(*curve.T, color=Ink.GREY)
     marks = np.arange(-1.0, 1.01, 0.5)
     at = finger.receptive_field(marks)[..., 0]
-    axes.plot(*at.T, "o", ms=2.5, color=GREY)
+    axes.plot(*at.T, "o", ms=2.5, color=Ink.GREY)
     for mark, (a, b), (da, db) in zip(marks, at, _BESIDE, strict=True):
-        axes.text(a + da, b + db, f"{mark:g}", fontsize=6.5, color=GREY, ha="center", va="center")
+        axes.text(a + da, b + db, f"{mark:g}", fontsize=6.5, color=Ink.GREY, ha="center", va="center")
     tips = _FORCES[:, None] * finger.receptive_field(_POINTS)[..., 0]
     whole = tips.sum(axis=0)
     for tip, tail in ((tips[0], (0.0, 0.0)), (whole, tips[0])):
-        axes.annotate("", tip, tail, arrowprops={**_ARROW, "color": BLACK, "mutation_scale": 7})
-    axes.plot([0.0, 1.15 * whole[0]], [0.0, 1.15 * whole[1]], color=ORANGE, linestyle=DASHED, zorder=1)
-    axes.plot(*(finger.receptive_field(one)[..., 0]), "o", color=ORANGE, ms=5, zorder=3)
+        axes.annotate("", tip, tail, arrowprops={**_ARROW, "color": Ink.BLACK, "mutation_scale": 7})
+    axes.plot([0.0, 1.15 * whole[0]], [0.0, 1.15 * whole[1]], color=Ink.ORANGE, linestyle=DASHED, zorder=1)
+    axes.plot(*(finger.receptive_field(one)[..., 0]), "o", color=Ink.ORANGE, ms=5, zorder=3)
     zero_line(axes)
-    axes.axvline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+    axes.axvline(0.0, color=Ink.GREY, linewidth=0.5, zorder=0.5)
     axes.set_aspect("equal")
     axes.set(xlim=(-0.25, 1.1), ylim=(-0.25, 1.1), xticks=[0, 0.5, 1], yticks=[0, 0.5, 1])
     axes.set(xlabel="sensor 1 [full scale]", ylabel="sensor 2 [full scale]")
@@ -307,7 +291,7 @@ def _readings(axes: Axes, finger: Finger, one: float, force: float) -> None:
     two = _FORCES @ finger.receptive_field(_POINTS)[..., 0]
     single = force * finger.receptive_field(one)[..., 0]
     x = np.arange(two.size)
-    for shift, values, colour in ((-0.18, two, BLACK), (0.18, single, ORANGE)):
+    for shift, values, colour in ((-0.18, two, Ink.BLACK), (0.18, single, Ink.ORANGE)):
         axes.bar(x + shift, values, width=0.34, color=colour)
     axes.set_xticks(x, [f"{i + 1}" for i in x])
     axes.set(xlabel="sensor", ylabel="reading [full scale]")
@@ -321,10 +305,10 @@ def _hidden(axes: Axes, pitch: float) -> None:
     square = (found.distance[:, :, 0, 0] / found.needed) ** 2
     step, position = (np.linspace(v[0], v[-1], 4 * v.size) for v in (np.log(found.step), found.position))
     square = RectBivariateSpline(np.log(found.step), found.position, square)(step, position)
-    for factor, colour, name in ((10.0, "#CFE3F1", "noise 1 %"), (1.0, BLUE, "noise 0.1 %")):
+    for factor, colour, name in ((10.0, "#CFE3F1", "noise 1 %"), (1.0, Ink.BLUE, "noise 0.1 %")):
         axes.contourf(position, np.exp(step), square / factor**2, levels=[-np.inf, 1.0], colors=[colour])
         axes.fill_between([], [], color=colour, linewidth=0, label=f"read as one, {name} of full scale")
-    axes.plot(finger.array.y, [0.035] * 3, "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="sensors")
+    axes.plot(finger.array.y, [0.035] * 3, "o", ms=4, mfc="white", mec=Ink.BLACK, mew=0.9, label="sensors")
     axes.set_yscale("log")
     plain(axes.yaxis, [0.05, 0.1, 0.2, 0.5, 1.0, 2.0])
     axes.set(xlim=(-2.5, 2.5), ylim=(0.028, 2.0), xticks=[-2, -1, 0, 1, 2])
