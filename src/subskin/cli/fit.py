@@ -46,13 +46,15 @@ _SHOWN = (
 )  # fmt: skip
 
 
+def _family(parser: Any) -> None:
+    """--family: those that there are now, one's own among them."""
+    what = "family of the contact (hertz; of sensors on an area round_hertz)"
+    option("--family", what, choices=(*families(), *local_families()))(parser)
+
+
 @command(
     _EXAMPLES,
-    option(
-        "--family",
-        "family of the contact (hertz; of sensors on an area round_hertz)",
-        choices=(*families(), *local_families()),
-    ),
+    _family,
     option("--width RANGE", 'range of half widths (default: "0..1.5" depths)'),
     option("--stick MU", _STICK),
     frames("fit", "table of contacts", "draw the contacts along the skin, frame by frame"),

@@ -33,7 +33,6 @@ def _family(loads: Any) -> None:
     option("--contact FAMILY", f"{what} (line; on an area point)", choices=known)(loads)
 
 
-
 @command(
     _EXAMPLES,
     option("finger", "finger.toml"),
