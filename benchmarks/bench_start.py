@@ -1,9 +1,11 @@
-"""How long it takes to begin: imports, the command line, the first `locate`.
+"""How long it takes to begin: imports, the command line, the first answers.
 
     python benchmarks/bench_start.py [--repeats 15] [--json FILE]
 
 The processes take turns, so that a busy machine slows all of them. Asked for: `import subskin` at most 1.6 times
-`import numpy`, `subskin --help` 0.3 s, and 1.5 s for a second process that locates.
+`import numpy`, `subskin --help` 0.3 s, 1.5 s for a second process that locates; and after an installation, a first
+call less the next one, 4 s on a row and 6 s with a width or on an area. A first call goes in plain Python; "compiled"
+is what the loop costs once its first 16 frames are over.
 """
 
 from __future__ import annotations
@@ -25,6 +27,52 @@ import subskin as ss
 finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(4, 2e-3, 2e-3, noise=1e-4))
 finger.locate(finger.read(ss.LineLoad(40.0, 0.1, 1e-3)))
 """
+ROW = """
+import subskin as ss
+finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(8, 1.5e-3, 2e-3, noise=5e-4))
+readings = finger.read(ss.Hertz(force=40.0, angle=0.3, position=0.8e-3, half_width=0.4e-3))
+"""
+AREA = """
+import subskin as ss
+array = ss.SensorArray.grid(shape=(4, 4), pitch=3e-3, depth=3e-3, transducer=ss.MeanPressure(), noise=20.0)
+finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+readings = finger.read(ss.PointLoad(force=1.5, angle=0.3, azimuth=0.8, position=(1e-3, -2e-3)))
+"""
+ANSWERS = {
+    "locate, on a row": (ROW, "finger.locate(readings)"),
+    "fit, on a row": (ROW, "finger.fit(readings)"),
+    "contact_type, on a row": (ROW, "ss.decide.contact_type(finger, readings)"),
+    "pressure_map, on a row": (ROW, "ss.pressure_map(finger, readings)"),
+    "locate, on an area": (AREA, "finger.locate(readings)"),
+    "fit of a round contact": (AREA, "finger.fit(readings, 'round_hertz')"),
+    "contact_type, on an area": (AREA, "ss.decide.contact_type(finger, readings)"),
+}
+TIMED = """
+import sys, time
+from contextlib import nullcontext
+from subskin import _compiled
+
+def seconds(context):
+    begin = time.process_time()
+    with context:
+        {call}
+    return time.process_time() - begin
+
+compiled = getattr(_compiled, "at_once", nullcontext)()
+print(*(seconds(context) for context in (nullcontext(), nullcontext(), compiled)))
+"""
+
+
+def first_answers() -> list[list[str]]:
+    """Seconds of a process with nothing kept: the first call, the next, and the loop compiled."""
+    rows = []
+    for name, (prepared, call) in ANSWERS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            command = [sys.executable, "-c", prepared + TIMED.format(call=call)]
+            environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
+            said = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+        rows.append([name, *(f"{float(seconds):.2f}" for seconds in said.split())])
+    return rows
 
 
 def run(command: list[str], **environment: str) -> tuple[float, str]:
@@ -66,6 +114,7 @@ def main() -> None:
             seconds = float(np.median([seconds for seconds, _ in seen]))
             rows.append([name, f"{seconds:.3f}", f"{seconds / medians[1]:.2f}", str(modules(locate)), seen[-1][1]])
     show("Beginning", ["", "s, whole process", "times numpy", "modules", "it says"], rows, options.json)
+    show("First answers, CPU s", ["", "first call", "the next", "compiled"], first_answers(), options.json)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from multiprocessing import get_context
 import numpy as np
 
 import subskin as ss
+from subskin._compiled import at_once
 from subskin.estimate.area import InPlaceLocator
 from subskin.measured import MeasuredResponse
 
@@ -129,6 +130,7 @@ def run(job: Callable[[], None]) -> None:
 
 
 if __name__ == "__main__":
-    wide()  # first, by itself: the others are built on much of it, and need not compile it twice
-    with get_context("fork").Pool(2) as pool:
-        pool.map(run, JOBS, chunksize=1)
+    with at_once():
+        wide()  # first, by itself: the others are built on much of it, and need not compile it twice
+        with get_context("fork").Pool(2) as pool:
+            pool.map(run, JOBS, chunksize=1)

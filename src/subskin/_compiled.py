@@ -1,14 +1,20 @@
-"""How loops are compiled: one decorator, and a cache that is thrown away when what a loop is built on has changed."""
+"""How loops are compiled: one decorator, and a cache that is thrown away when what a loop is built on has changed.
+
+Some seconds pass while a loop is compiled, once after installation. A loop over frames does not wait for them: it goes
+over its first few in plain Python.
+"""
 
 from __future__ import annotations
 
 import gc
 import inspect
+import logging
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import CodeType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 import numba as nb
@@ -16,7 +22,7 @@ import numpy as np
 from numba.core.caching import IndexDataCacheFile
 from numba.core.event import Event, Listener, register
 
-__all__ = ["compiled", "is_cached"]
+__all__ = ["at_once", "compiled", "is_cached"]
 
 _ORDERED = {"nsz", "arcp", "contract"}  # not nnan, ninf: NaN and infinity have a meaning in every loop
 _FAST = _ORDERED | {"reassoc"}
@@ -52,7 +58,9 @@ def _is_ours(event: Event) -> bool:
 register("numba:compile", _NoSearch())  # type: ignore[no-untyped-call]
 
 
-def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False) -> Callable[[Any], Any]:
+def compiled(
+    *, inline: bool = False, exact: bool = False, borrows: bool = False, frames: str = ""
+) -> Callable[[Any], Any]:
     """Compile a function with Numba, without the interpreter's lock, and keep the result on disk.
 
     Numba looks at the text of the function's own file when it decides whether what it kept is still good. Here the
@@ -68,6 +76,9 @@ def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False
         Of a function that makes no array and returns none: do not count who holds those it is given, or parts of them.
         Counting took half the time of a loop that cuts a dozen parts a frame. An array that it returned would be given
         back twice.
+    frames : str, optional
+        Of a loop over frames: the argument whose first axis they are. As long as nothing was kept, the first 16 of
+        them go in plain Python, and agree with the compiled ones to rounding.
 
     Examples
     --------
@@ -87,9 +98,76 @@ def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False
         _STAMPS[function], function.compiled_with = None, (inline, exact, borrows)
         if (kept := _kept(loop)) is not None:
             kept.__class__, kept.function = _Kept, function
+        if frames:
+            loop._compile_for_args = _Plain(loop, inspect.getfullargspec(function).args.index(frames))
         return loop
 
     return wrap
+
+
+_log = logging.getLogger("subskin")
+
+
+class _Plain:
+    """What a loop over frames is to be called as, where Numba has found no machine code for its arguments."""
+
+    few = 16
+    """Frames that go in plain Python: up to 0.1 s each takes, where to compile the loop takes 5 to 30 s."""
+
+    def __init__(self, loop: Any, at: int) -> None:
+        self._loop, self._at, self._gone = loop, at, 0
+        self._compile = loop._compile_for_args
+        self._plain: Any = None
+
+    def __call__(self, *given: Any) -> Any:
+        if not is_cached(self._loop):
+            self._gone += len(given[self._at])
+            if self._gone <= self.few:
+                return self._plainly
+            _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
+        return self._compile(*given)
+
+    def _plainly(self, *given: Any) -> Any:
+        if self._plain is None:
+            self._plain = _plain(self._loop.py_func, {})
+        try:
+            with np.errstate(all="ignore"):
+                return self._plain(*given)
+        except (ArithmeticError, ValueError):  # compiled, x / 0 is infinite, and the root of a negative number NaN
+            return self._compile(*given)(*given)
+
+
+def _plain(function: Any, made: dict[Any, Any]) -> Any:
+    """The function in plain Python, and all that it calls."""
+    if function not in made:
+        known = dict(function.__globals__)
+        made[function] = FunctionType(
+            function.__code__, known, function.__name__, function.__defaults__, function.__closure__
+        )
+        for name in {*known} & {*function.__code__.co_names}:
+            known[name] = _plainly(known[name], made)
+    return made[function]
+
+
+def _plainly(value: Any, made: dict[Any, Any]) -> Any:
+    """What a function reads: a loop in plain Python, and those of a module of ours."""
+    if (called := getattr(value, "py_func", None)) in _STAMPS:
+        return _plain(called, made)
+    if isinstance(value, ModuleType) and value.__name__.startswith(f"{__package__}."):
+        return SimpleNamespace(
+            **{name: _plainly(part, made) for name, part in vars(value).items() if not isinstance(part, ModuleType)}
+        )
+    return value
+
+
+@contextmanager
+def at_once() -> Iterator[None]:
+    """Within this context no loop begins in plain Python: what will be in a hurry later is compiled."""
+    before, _Plain.few = _Plain.few, 0
+    try:
+        yield
+    finally:
+        _Plain.few = before
 
 
 _STAMPS: dict[Any, bytes | None] = {}

@@ -5,15 +5,20 @@ would go on calling the functions, and holding the constants, as they were.
 """
 
 import gc
+import json
+import logging
+import math
 import os
 import subprocess
 import sys
 
 import numba as nb
+import numpy as np
 import pytest
 from numba.core.event import Listener, install_listener
 
-from subskin._compiled import is_cached
+import subskin as ss
+from subskin._compiled import at_once, compiled, is_cached
 
 FILES = {
     "__init__": "",
@@ -92,3 +97,83 @@ def test_no_search_for_garbage_while_a_loop_of_ours_is_compiled(module, meanwhil
         (gc.enable if was else gc.disable)()
     during = before and meanwhile
     assert seen.searched == [during, during, during, before, during, before]  # wrong, below within it; above
+
+
+def first_answers():
+    """What a new installation is asked first, a few frames each: statuses and numbers."""
+    rng, rubber = np.random.default_rng(0), ss.Material(young=0.4e6)
+    row = ss.Finger(ss.HalfPlane(rubber), ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=2e-5))
+    line = row.read(ss.LineLoad(force=[30.0, 20.0], angle=0.2, position=[0.0, 1e-3]), rng)
+    hertz = row.read(ss.Hertz(force=[30.0, 20.0], half_width=1.5e-3), rng)
+    fine = ss.Finger(ss.HalfPlane(rubber), ss.SensorArray.line(count=25, pitch=0.5e-3, depth=2e-3, noise=2e-5))
+    mapped = ss.pressure_map(fine, fine.read(ss.Hertz(force=[40.0, 30.0], half_width=2e-3), rng))
+    grid = ss.SensorArray.grid(shape=(3, 3), pitch=1.5e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=10.0)
+    pad = ss.Finger(ss.HalfSpace(rubber), grid)
+    point = pad.read(ss.PointLoad(force=[1.0, 2.0], angle=0.2, position=[(0.0, 0.2e-3), (0.5e-3, 0.0)]), rng)
+    ball = pad.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3), rng)
+    touch = row.locate(line)
+    found = [touch, row.locate(line, load="either"), row.fit(hertz), row.fit(hertz, stick=0.6), pad.locate(point)]
+    found.append(pad.fit(ball, "round_hertz"))
+    doubted = row.locate(line, doubt=np.full(line.shape, 1e-4))
+    slip = ss.decide.slip(touch, ss.decide.Friction.between(0.4, 0.6))
+    kinds = [ss.decide.contact_type(row, line), ss.decide.contact_type(pad, ball)]
+    numbers = [each.table[..., :3].tolist() for each in found[:5]] + [doubted.force.tolist(), slip.probability.tolist()]  # of nothing like 1e-264 the digits are lost
+    numbers += [found[5].position.tolist(), found[5].force.tolist(), mapped.pressure.tolist()]
+    numbers += [each.probability.tolist() for each in kinds]
+    return [each.status.tolist() for each in (*found, doubted, mapped)], numbers
+
+
+FIRST = """
+import json, logging
+from numba.core.event import install_recorder
+from tests.unit.test_compiled import first_answers
+
+logging.basicConfig()
+with install_recorder("numba:compile") as seen:
+    answers = first_answers()
+names = [event.data["dispatcher"].py_func.__name__ for _, event in seen.buffer]
+print(json.dumps([answers, names]))
+"""
+
+
+def test_the_first_frames_after_an_installation_wait_for_no_loop_over_frames(tmp_path):
+    run = subprocess.run(
+        [sys.executable, "-c", FIRST], capture_output=True, text=True, check=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+    )  # fmt: skip
+    (statuses, numbers), compiled_then = json.loads(run.stdout)
+    assert "compiling" not in run.stderr
+    assert not {name for name in compiled_then if name.endswith(("_frames", "_round")) or name.startswith("weigh")}
+    with at_once():
+        wanted = first_answers()
+    assert statuses == wanted[0]
+    for one, other in zip(numbers, wanted[1], strict=True):
+        np.testing.assert_allclose(np.array(one), np.array(other), rtol=1e-6, atol=1e-12)
+
+
+def test_a_loop_is_compiled_once_its_first_frames_are_over(caplog):
+    def inverse(frames, out):
+        for i in range(len(frames)):
+            out[i] = 1.0 / frames[i]
+
+    ways = []
+    with install_listener("numba:compile", _Seen()) as seen, caplog.at_level(logging.WARNING, "subskin"):
+        loop = compiled(frames="frames")(inverse)
+        for count in (15, 1, 1, 30):
+            out = np.zeros(count)
+            loop(np.arange(1.0, count + 1.0), out)
+            assert out.tolist() == [1.0 / (i + 1) for i in range(count)]
+            ways.append((len(seen.searched), len(caplog.records)))
+    assert [done > 0 for done, _ in ways] == [False, False, True, True]
+    assert [told for _, told in ways] == [0, 0, 1, 1]
+
+
+def test_what_plain_python_refuses_is_compiled():
+    @compiled(frames="frames")
+    def over(frames, out):
+        for i in range(len(frames)):
+            out[i] = 1.0 / float(frames[i] - 1.0)
+
+    out = np.zeros(1)
+    over(np.ones(1), out)
+    assert out[0] == math.inf

@@ -136,7 +136,7 @@ def _fill(
         mu, low, other = end, high, end_other
 
 
-@compiled(exact=True)
+@compiled(exact=True, frames="mean")
 def fill_cells(mean: FloatArray, covariance: FloatArray, edges: FloatArray, scale: FloatArray, out: FloatArray) -> None:
     """P(T > mu N) + P(-T > mu N), its mean over mu in each cell; edges (frames or 1, k + 1), out (frames, k).
 
@@ -147,7 +147,7 @@ def fill_cells(mean: FloatArray, covariance: FloatArray, edges: FloatArray, scal
         _fill(mean[i, 0], mean[i, 1], c[0, 0], c[0, 1], c[1, 1], row, scale[i], out[i])
 
 
-@compiled(exact=True)
+@compiled(exact=True, frames="table")
 def judge_frames(
     table: FloatArray, columns: tuple[int, int, int, int, int], widest: float,
     edges: FloatArray, masses: FloatArray, facts: FloatArray, limits: FloatArray, out: FloatArray,
@@ -192,7 +192,7 @@ def _above(z: float) -> float:
     return 0.5 * math.erfc(-_HALF * z) if z > -_CERTAIN else 0.0
 
 
-@compiled(exact=True)
+@compiled(exact=True, frames="mean")
 def fill_beyond(
     mean: FloatArray, covariance: FloatArray, edges: FloatArray, masses: FloatArray, scale: FloatArray,
     nodes: FloatArray, weights: FloatArray, out: FloatArray,

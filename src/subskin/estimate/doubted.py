@@ -18,7 +18,7 @@ _OPEN = 0.5
 that explain so much less."""
 
 
-@compiled()
+@compiled(frames="readings")
 def doubted_frames(readings, doubt, arrays, fields, out):
     """Fill `out` as `project_frames` does, with noise sqrt(noise^2 + doubt^2) of each reading.
 

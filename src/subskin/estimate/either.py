@@ -122,6 +122,12 @@ class EitherLocator:
 
     takes_doubt = True
 
+    def warm_up(self) -> Self:
+        """The same, with all compiled and tabulated that its first frames would else wait for; as of `Locator`."""
+        self.line.warm_up()
+        self.point.warm_up()
+        return self
+
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Which positions lie where loads are looked for; as of `Locator`."""
         return self.line.covers(position)

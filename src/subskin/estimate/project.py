@@ -74,7 +74,7 @@ def whitened(frame, sensors, w):
     return total if usable else math.nan
 
 
-@compiled()
+@compiled(frames="readings")
 def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes, table, settings, out):
     """Fill `out` (f,), records of a `Layout`; status is -1 where reckoning ends or a sensor is lacking.
 

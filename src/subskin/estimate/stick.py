@@ -164,7 +164,7 @@ def _fitted(p, columns, within, g, fit):
     fit.a_y_n, fit.a_y_t, fit.a_q_n, fit.a_q_t = g[Y, N], g[Y, T], g[Q, N], g[Q, T]
 
 
-@compiled()
+@compiled(frames="readings")
 def stick_frames(readings, sensors, table, settings, mus, low, high, guess, prior, out):
     """Bring what `project_frames` found with a set share of slip to the contact that sticks in its middle.
 

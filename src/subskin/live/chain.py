@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._compiled import at_once
 from .._frozen import Frozen
 from ..decide import Friction, slip
 from ..errors import GeometryError, InvalidValueError
@@ -226,6 +227,11 @@ class Chain(Frozen):
     def prepare(self) -> float:
         """Tabulate and compile all that a stream would otherwise wait for; the seconds that it took."""
         began = timing.perf_counter()
+        with at_once():
+            self._prepare()
+        return timing.perf_counter() - began
+
+    def _prepare(self) -> None:
         self.pipeline.prepare()
         finger, scale = self._tare.finger, 1.0 if self.file.recording is None else self.file.recording.scale
         array = finger.array
@@ -250,7 +256,6 @@ class Chain(Frozen):
             answer: Any = self.pipeline.stages["found"]
             if getattr(answer, "takes_doubt", False):
                 answer(frames, doubt=np.broadcast_to(noise, frames.shape))
-        return timing.perf_counter() - began
 
     def _commanded(
         self, before: ChainState, frames: DeviceFrames, host: float, command: str, values: dict[str, Any]

@@ -243,7 +243,7 @@ def _put(fit, y, z, at):
     at[0], at[1] = y[0] + fit.y * y[1], z[0] + fit.z * z[1]
 
 
-@compiled()
+@compiled(frames="readings")
 def in_place_frames(readings, rows, mix, model, typical, settings, out):
     """Fill `out`, one row a frame; those that lack a sensor are left with status -1.
 

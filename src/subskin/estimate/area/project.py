@@ -267,7 +267,7 @@ def room_of(widest, lead, n):
     )
 
 
-@compiled()
+@compiled(frames="readings")
 def project_frames(readings, rows, model, tiles, beyond, ring, far, sizes, settings, out):
     """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
 

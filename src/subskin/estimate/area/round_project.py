@@ -385,7 +385,7 @@ def _each(readings, rows, search, beyond, model, room, mine, at, out):
             row[at.status] = _PENDING
 
 
-@compiled()
+@compiled(frames="readings")
 def project_round(readings, rows, search, beyond, sizes, out):
     """Fill `out`, one row a frame, as `project.project_frames` does, in the columns of `ROUND`, or of `TWIST`.
 

@@ -43,7 +43,7 @@ def log_integral(fit, yy, yz, zz, mu):
     return 0.5 * (fit.explained + free * _LOG_2PI - math.log(det) - 3.0 * math.log(force2))
 
 
-@compiled()
+@compiled(frames="frames")
 def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
     """Fill out: log of the evidence but for chi-square at no load, chi-square, y, z, N, Ty, Tz, half width, then NaN.
 

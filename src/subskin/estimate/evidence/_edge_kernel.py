@@ -205,7 +205,7 @@ def _over_lengths(w, model, limits, box, rule, fits, room, said):
     said[2] = second / total - (first / total) ** 2
 
 
-@compiled()
+@compiled(frames="frames")
 def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
     """Fill out (f, 11): as `weigh_kind`, then half length, direction and its standard error.
 

@@ -285,7 +285,7 @@ def _say_pair(part, log, chi2, best):
         part[TANGENTIAL] = best[FIRST] * math.sin(one) + best[SECOND] * math.sin(two)
 
 
-@compiled()
+@compiled(frames="readings")
 def weigh_frames(readings, sensors, tables, odds, limits, pairs, out):
     """Fill `out`, one row a frame; the columns are named in `columns.py`.
 

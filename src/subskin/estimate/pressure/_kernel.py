@@ -305,7 +305,7 @@ def _next_factor(factor, count, chi2, largest):
     return 0.0 if chi2 <= largest or factor > 1.0 else 1.0 / 9.0  # too smooth for these readings
 
 
-@compiled()
+@compiled(frames="readings")
 def map_frames(begin, readings, given, wide, narrow, placed, works, fill, out):
     """Fill a row of `out` for each frame from `begin`; the first one for which there was no room, or their number.
 
