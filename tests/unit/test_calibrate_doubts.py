@@ -12,7 +12,7 @@ import subskin as ss
 import subskin.cli.calibrate_more as cli_choose
 from subskin.calibration import Health, choose
 from subskin.calibration.correlated import Correlated, Residuals, correlated, scatter
-from subskin.calibration.misfit import misfit_of
+from subskin.calibration.uncertainty import misfit_of
 
 from .._commands import subskin
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from subskin.decide import Friction, SlipVerdict, friction_arm, least_force, slip, slipping_about
-from subskin.decide.limit_surface import drag_held, effective_drag, moment_held
+from subskin.decide.stick import drag_held, effective_drag, moment_held
 from subskin.errors import InvalidValueError
 from subskin.estimate import Estimate
 from subskin.estimate.layout import ROUND, TWIST

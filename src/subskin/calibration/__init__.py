@@ -1,13 +1,11 @@
 """Touches -> the finger's own numbers: from known positions, from touches of which nothing is known, from daily use."""
 
-from .blind import calibrate_blind
-from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known
+from .blind import BlindCalibration, BlindParameter, ErrorRatio, Known, calibrate_blind
 from .calibration import Calibration, Health, Parameter, Score
-from .choice import Choice, Trial, choose
 from .health import SensorHealth, sensor_health
-from .known import calibrate
-from .misfit import Misfit
+from .known import Choice, Trial, calibrate, choose
 from .planning import NextTouch, next_touch
+from .uncertainty import Misfit
 
 __all__ = [
     "BlindCalibration",

@@ -19,7 +19,7 @@ from .._shown import Tabled, many_of, parameter_rows
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 from ._forward import Forward
-from .misfit import Misfit
+from .uncertainty import Misfit
 
 __all__ = [
     "FEWEST_SPARE",

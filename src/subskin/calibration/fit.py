@@ -17,8 +17,7 @@ from ..errors import ConvergenceError, GeometryError
 from ..finger import Finger
 from ._forward import LINEAR, Forward
 from .calibration import Calibration, Health, Parameter, score, weak
-from .misfit import Misfit, misfit_of, neighbours, stretched
-from .uncertainty import Uncertainty
+from .uncertainty import Misfit, Uncertainty, misfit_of, neighbours, stretched
 
 __all__ = ["Fit"]
 

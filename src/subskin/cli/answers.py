@@ -17,9 +17,8 @@ from ..estimate.layout import LINE, WIDE
 from ..estimate.moved import moved
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading
-from ..stream.pipeline import Pipeline
 from ..stream.relaxation import Undoing
-from ..stream.stage import Stage, join
+from ..stream.stage import Pipeline, Stage, join
 from ..stream.tare import Tared
 from .common import number, progress_bar, said_of, show, warn_of_raw
 from .options import Rows

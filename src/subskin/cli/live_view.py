@@ -12,7 +12,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 
 from .._shown import with_error
-from ..decide.verdict import SlipVerdict
+from ..decide import SlipVerdict
 from ..errors import printable
 from ..io.files import plain
 from ..io.finger_file import FingerFile

@@ -1,13 +1,12 @@
 """From an estimate to a decision."""
 
 from ..estimate.evidence import Kind
+from ._cone_kernel import SlipVerdict
 from .friction import Friction
 from .grip import least_force
-from .limit_surface import friction_arm, slipping_about
 from .slip import Slip, slip
-from .stick import stick_zone
+from .stick import friction_arm, slipping_about, stick_zone
 from .type_decision import UNDECIDED, TypeDecision, contact_type, usual_kinds
-from .verdict import SlipVerdict
 
 __all__ = [
     "UNDECIDED",

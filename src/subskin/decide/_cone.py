@@ -17,7 +17,7 @@ from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
 from ._cone_kernel import CELL, EDGE, SURE, fill_beyond, fill_cells
-from .limit_surface import drag_held, effective_drag, friction_arm, moment_held
+from .stick import drag_held, effective_drag, friction_arm, moment_held
 
 __all__ = [
     "Forces", "beyond", "cells_beyond", "checked", "falling_root", "forces_of", "margin", "of_frames", "picked",

@@ -6,18 +6,47 @@ Of a drag with one component cell by cell of the density of mu; with two, by rul
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 
 import numpy as np
 
 from .._check import FloatArray
 from .._compiled import compiled
 from ..estimate import Status
-from .verdict import SlipVerdict
 
 __all__ = [
-    "CELL", "CUT_OFF", "EDGE", "JUDGED", "MARGIN", "MARGIN_STD", "NORMAL", "PROBABILITY", "RATIO", "SURE", "TANGENTIAL",
-    "UNSURE", "VERDICT", "fill_beyond", "fill_cells", "judge_frames",
+    "CELL",
+    "CUT_OFF",
+    "EDGE",
+    "JUDGED",
+    "MARGIN",
+    "MARGIN_STD",
+    "NORMAL",
+    "PROBABILITY",
+    "RATIO",
+    "SURE",
+    "TANGENTIAL",
+    "UNSURE",
+    "VERDICT",
+    "SlipVerdict",
+    "fill_beyond",
+    "fill_cells",
+    "judge_frames",
 ]  # fmt: skip
+
+
+class SlipVerdict(IntEnum):
+    """What to make of a frame; the thresholds are those of `slip`."""
+
+    HOLDS = 0
+    """The probability of slip is below the first threshold."""
+    AT_RISK = 1
+    """It is between the two."""
+    SLIPS = 2
+    """It is at the second or above. A contact that slides lies on the cone: its frames scatter about 1/2."""
+    CANNOT_TELL = 3
+    """No load, or one of two, or one that the estimator's own cone cut off where friction may hold more."""
+
 
 EDGE = 1e-6
 """Share of the cone within which a load lies on its edge."""

@@ -19,11 +19,9 @@ from ..estimate.shown import Shown, in_html, in_words
 from ..pressing import Indenter
 from ..skin import Skin
 from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, margin, picked
-from ._cone_kernel import CUT_OFF, JUDGED, PROBABILITY, RATIO, UNSURE, VERDICT, judge_frames
+from ._cone_kernel import CUT_OFF, JUDGED, PROBABILITY, RATIO, UNSURE, VERDICT, SlipVerdict, judge_frames
 from .friction import Friction, density_of, friction_of, rows_of
-from .limit_surface import friction_arm
-from .stick import checked_contact, stick_share, stick_zone
-from .verdict import SlipVerdict
+from .stick import checked_contact, friction_arm, stick_share, stick_zone
 
 __all__ = ["Slip", "slip"]
 

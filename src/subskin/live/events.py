@@ -13,7 +13,7 @@ from scipy.special import chdtri
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..array import SensorArray
-from ..decide.verdict import SlipVerdict
+from ..decide import SlipVerdict
 from ..estimate.estimate import Status
 
 if TYPE_CHECKING:

@@ -33,9 +33,24 @@ from .section2 import (
     eq11_corrected,
 )
 from .section3 import FIGURE_6, Figure6, eq12, eq13, eq13_coefficients
-from .section4 import eq14, eq15, eq15_constant, eq16, eq17, eq17_corrected
-from .section5 import eq18, eq18_corrected, eq19, eq20, eq20_corrected, eq21, eq21_corrected, eq22, eq22_corrected
 from .section6 import eq23, eq24, eq25, eq25_corrected, eq26, eq26_corrected
+from .sections4_5 import (
+    eq14,
+    eq15,
+    eq15_constant,
+    eq16,
+    eq17,
+    eq17_corrected,
+    eq18,
+    eq18_corrected,
+    eq19,
+    eq20,
+    eq20_corrected,
+    eq21,
+    eq21_corrected,
+    eq22,
+    eq22_corrected,
+)
 from .three_sensors import Degeneracy, Note, Root, Sensitivity, ThreeSensorSolution, Verdict, three_sensor
 
 __all__ = [

@@ -8,12 +8,25 @@ from typing import TypeAlias
 import numpy as np
 
 from .._check import FloatArray
-from ._quadrature import over_contact
+from ._symbols import over_contact
 from .section2 import eq2, eq4, eq5, eq8, eq10, eq10_corrected, eq11, eq11_corrected
 from .section3 import FIGURE_6, eq12, eq13
-from .section4 import eq14, eq15, eq15_constant, eq16, eq17, eq17_corrected
-from .section5 import eq18, eq20, eq20_corrected, eq21, eq21_corrected, eq22, eq22_corrected
 from .section6 import eq24, eq25, eq26, eq26_corrected
+from .sections4_5 import (
+    eq14,
+    eq15,
+    eq15_constant,
+    eq16,
+    eq17,
+    eq17_corrected,
+    eq18,
+    eq20,
+    eq20_corrected,
+    eq21,
+    eq21_corrected,
+    eq22,
+    eq22_corrected,
+)
 from .three_sensors import ThreeSensorSolution, Verdict, three_sensor
 
 Numbers: TypeAlias = Mapping[str, float | str]

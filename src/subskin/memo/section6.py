@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from ._symbols import described, given
-from .section5 import eq19
+from .sections4_5 import eq19
 
 __all__ = ["eq23", "eq24", "eq25", "eq25_corrected", "eq26", "eq26_corrected"]
 

@@ -1,8 +1,7 @@
-from .pipeline import Pipeline
 from .presses import Column, Presses, RecordingFormat, segment
 from .relaxation import Relaxation, RelaxationState, Relaxing, Undoing, Undone
 from .relaxation_fit import RelaxationFit, fit_relaxation
-from .stage import Stage
+from .stage import Pipeline, Stage
 from .tare import Tare, Tared, TareState
 
 __all__ = [

@@ -20,8 +20,7 @@ from ..estimate.frames import check_noise
 from ..finger import Finger, finger_needed
 from . import _tare_kernel as kernel
 from ._held import Held
-from ._room import Arrays, behind, since
-from .stage import Stage, check_state, in_order, join, some_of
+from .stage import Arrays, Stage, behind, check_state, in_order, join, since, some_of
 
 __all__ = ["Tare", "TareState", "Tared"]
 

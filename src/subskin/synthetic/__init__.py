@@ -1,7 +1,6 @@
 """Simulated: readings, recordings with their faults (noise, drift, relaxation, dead sensors), touches to learn from."""
 
-from .readings import simulate_readings
-from .recording import Recording, simulate_recording
+from .recording import Recording, simulate_readings, simulate_recording
 from .touches import FAULTS, ContactShare, RandomTouches, TouchShard
 
 __all__ = [

@@ -15,7 +15,7 @@ from .._declared import Fix, Noun, Positive, Whole
 from ..contact import LineLoad, PointLoad, families, local_families
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
-from .readings import measured
+from .recording import measured
 
 __all__ = ["FAULTS", "ContactShare", "RandomTouches", "TouchShard"]
 

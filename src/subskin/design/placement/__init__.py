@@ -3,8 +3,7 @@
 from .asked import AREA_MEASURES, AREA_SAMPLES, PLACEMENT_MEASURES
 from .best import BestPositions, best_positions
 from .layout import PATTERNS, Arrangement, Channel, channels_of, layouts
-from .quality import PlacementQuality, placement_quality
-from .study import study_at_depth
+from .study import PlacementQuality, placement_quality, study_at_depth
 
 __all__ = [
     "AREA_MEASURES",

@@ -19,7 +19,7 @@ from ..touches import Touches
 from ._field import OneSensor
 from .asked import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, AskedTouches, Margin, check_count, searched
 from .layout import Channel
-from .quality import PlacementQuality, placement_quality
+from .study import PlacementQuality, placement_quality
 
 __all__ = ["BestPositions", "best_positions"]
 

@@ -3,9 +3,8 @@
 from .choices import Effort, Mix, Room, SensorKind, SkinChoice
 from .goals import Accuracy, Goals, Row
 from .grid import Criterion, DesignGrid, Store, search_grid
-from .look import Check, DesignedFinger, DesignStudy
-from .rank import rank_fingers
-from .remedy import Remedy
+from .look import Check, DesignedFinger
+from .rank import Remedy, rank_fingers
 
 __all__ = [
     "Accuracy",

@@ -15,9 +15,8 @@ from ..two_point import AreaLimen, TwoPointLimen, edge_direction, two_point_area
 from .goals import Goals, Row
 from .grid import Criterion, DesignGrid
 from .refine import Aim, apart, freed, limen
-from .remedy import Remedy
 
-__all__ = ["Check", "DesignStudy", "DesignedFinger", "explained", "finished", "freed_from", "looked_at"]
+__all__ = ["Check", "DesignedFinger", "explained", "finished", "freed_from", "looked_at"]
 
 
 class Check(NamedTuple):
@@ -91,33 +90,6 @@ class DesignedFinger:
     def meets(self) -> bool:
         """Whether all that was wanted is there."""
         return self.excess <= 1
-
-
-@dataclass(frozen=True, eq=False)
-class DesignStudy:
-    """What `rank_fingers` found.
-
-    Attributes
-    ----------
-    grid : DesignGrid
-        All designs that were tried.
-    fingers : tuple of DesignedFinger
-        Ranked: those that meet the goals first, the fewest sensors first among them; then by how far they fall short.
-    looked : dict of (int, int, int) to tuple of Check
-        Every design that was looked at closely, by the indices of its skin, kind and count.
-    remedies : tuple of Remedy
-        Where no design of the grid will do: which single change would let one.
-    """
-
-    grid: DesignGrid
-    fingers: tuple[DesignedFinger, ...]
-    looked: dict[tuple[int, int, int], tuple[Check, ...]]
-    remedies: tuple[Remedy, ...] = ()
-
-    @property
-    def goals(self) -> Goals:
-        """What was wanted."""
-        return self.grid.goals
 
 
 _MADE = {"position_95": "position", "angle_95": "angle", "force_95": "force", "radius_95": "radius"}

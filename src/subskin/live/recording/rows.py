@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...decide import Slip
-from ...decide.verdict import SlipVerdict
+from ...decide import Slip, SlipVerdict
 from ...estimate.either import Either
 from ...estimate.estimate import Estimate, Status
 from ...io.files import plain

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ...decide.verdict import SlipVerdict
+from ...decide import SlipVerdict
 from ...errors import SubskinError
 from ...estimate import Status
 from ...io.finger_file import FingerFile
