@@ -64,9 +64,8 @@ def checked_names(fit: Sequence[str], known: Sequence[str], no_origin: str = "")
     if not names:
         raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}", 'fit=["gain", "depth"]')
     if "depth" in names and "depths" in names:
-        raise InvalidValueError(
-            "fit has both depth and depths", "choose one shift for all, or one depth a sensor", "leave one of them out"
-        )
+        seen = "fit has both depth and depths"
+        raise InvalidValueError(seen, "choose one shift for all, or one depth a sensor", "leave one of them out")
     return tuple(name for name in known if name in names)
 
 

@@ -324,9 +324,8 @@ def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
     """A prior's standard deviation as given, one a sensor where it is a sensor's."""
     label = "depth_error" if name == "depths" else f"{name}_error"
     if error is None:
-        raise InvalidValueError(
-            f"fit has {name}, without {label}", "say how far the drawing can be off", f"{label}=..."
-        )
+        seen = f"fit has {name}, without {label}"
+        raise InvalidValueError(seen, "say how far the drawing can be off", f"{label}=...")
     values = _check.real(label, error, above=0.0)
     shape = (n,) if name in ("gain", "offset", "depths", "position") else ()
     if values.shape not in ((), shape):

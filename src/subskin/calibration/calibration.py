@@ -335,11 +335,8 @@ def checked_touches(
         rule = "a row of sensors knows loads along it: angle says how they lean"
         raise GeometryError(f"azimuth = {_check.shown(azimuth)}", rule, "leave it out")
     elif y.shape != data.shape[:1]:
-        raise GeometryError(
-            f"positions of shape {y.shape}",
-            f"one position for each of the {len(data)} touches",
-            f"shape ({len(data)},)",
-        )
+        seen = f"positions of shape {y.shape}"
+        raise GeometryError(seen, f"one position for each of the {len(data)} touches", f"shape ({len(data)},)")
     _refuse_span(finger, y)
     p = _check.for_each("force", _check.real("force", force, unit="N/m", at_least=0.0), len(data), "touch")
     a = _check.for_each("angle", _check.real("angle", angle, unit="rad"), len(data), "touch")

@@ -146,11 +146,8 @@ def sensor_health(
     data = checked_readings(readings, len(finger.array))
     needed, live = 3 if _check.friction(friction) == 0 else 4, int(finger.array.live.sum())
     if live < needed:
-        raise ConvergenceError(
-            f"{live} live sensors",
-            f"at least {needed} are needed: one more than unknowns",
-            "a finger with more sensors, or calibrate again at known positions",
-        )
+        fix = "a finger with more sensors, or calibrate again at known positions"
+        raise ConvergenceError(f"{live} live sensors", f"at least {needed} are needed: one more than unknowns", fix)
     return _Check(finger, data, {"friction": friction, "search": search}).result()
 
 
@@ -230,11 +227,8 @@ class _Check:
             if loose:
                 middle = float(np.median(self.ratio[scaled]))
                 if not middle > 0:
-                    raise ConvergenceError(
-                        "gains that do not settle",
-                        "most sensors have to be as they were",
-                        "calibrate again at known positions",
-                    )
+                    rule = "most sensors have to be as they were"
+                    raise ConvergenceError("gains that do not settle", rule, "calibrate again at known positions")
                 self.ratio /= middle
             known = np.diag(inverse)[:count]
             std = np.where(known < _BLIND, np.sqrt(known * excess), np.inf)

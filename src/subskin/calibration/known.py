@@ -271,18 +271,14 @@ def choose(
     'NormalStrain'
     """
     if not isinstance(candidates, Mapping) or not candidates:
-        raise InvalidValueError(
-            f"candidates = {_check.shown(candidates)}",
-            "a mapping of names to at least one finger and what to fit of it is needed",
-            '{"my finger": (finger, ("gain", "depth", "origin"))}',
-        )
+        seen, fix = f"candidates = {_check.shown(candidates)}", '{"my finger": (finger, ("gain", "depth", "origin"))}'
+        raise InvalidValueError(seen, "a mapping of names to at least one finger and what to fit of it is needed", fix)
     _check.function("advance", advance)
     known = _check.real("positions", positions, unit="m")
     count = len(known) if known.ndim else 0
     if count < 2 * _BLOCKS:
-        raise InvalidValueError(
-            f"{count} touches", f"at least {2 * _BLOCKS} are needed to hold some out", "more touches"
-        )
+        seen = f"{count} touches"
+        raise InvalidValueError(seen, f"at least {2 * _BLOCKS} are needed to hold some out", "more touches")
     trials = []
     for name, pair in candidates.items():
         if not isinstance(pair, list | tuple) or len(pair) != 2:
@@ -294,11 +290,8 @@ def choose(
             advance()
     trials.sort(key=lambda t: t.score)
     if not np.isfinite(trials[0].score):
-        raise ConvergenceError(
-            "no candidate fits",
-            "; ".join(f"{t.name}: {t.reason}" for t in trials),
-            "more touches, or another kind of sensor or skin",
-        )
+        rule = "; ".join(f"{t.name}: {t.reason}" for t in trials)
+        raise ConvergenceError("no candidate fits", rule, "more touches, or another kind of sensor or skin")
     # of those that are as good as the best, the simplest
     tied = [t for t in trials if t.score <= _MARGIN * trials[0].score]
     best = min(tied, key=lambda t: (0 if t.calibration is None else len(t.calibration.parameters), t.score))

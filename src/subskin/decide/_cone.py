@@ -138,11 +138,8 @@ def _along_drag(estimate: Estimate, load: Forces, contact: str) -> Forces:
 def checked(estimate: Estimate) -> Estimate:
     """What is an estimate; an error for what is not."""
     if not isinstance(estimate, Estimate):
-        raise InvalidValueError(
-            f"estimate = {_check.shown(estimate)}",
-            "what Finger.locate or Finger.fit returned is needed",
-            "decide.slip(finger.fit(readings), friction=0.5)",
-        )
+        seen, rule = f"estimate = {_check.shown(estimate)}", "what Finger.locate or Finger.fit returned is needed"
+        raise InvalidValueError(seen, rule, "decide.slip(finger.fit(readings), friction=0.5)")
     if estimate.layout.aside:
         rule = "a row does not tell the drag across it"
         raise InvalidValueError("an estimate of a point beside a row", rule, "SensorArray.grid(...)")
@@ -302,11 +299,8 @@ def of_frames(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     try:
         return np.broadcast_to(values, shape)
     except ValueError:
-        raise GeometryError(
-            f"frictions of shape {values.shape}, frames of shape {shape}",
-            "one friction serves all frames, or each frame has its own",
-            "friction=0.5",
-        ) from None
+        seen = f"frictions of shape {values.shape}, frames of shape {shape}"
+        raise GeometryError(seen, "one friction serves all frames, or each frame has its own", "friction=0.5") from None
 
 
 def picked(rows: FloatArray, index: npt.NDArray[np.intp]) -> FloatArray:

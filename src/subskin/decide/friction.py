@@ -59,15 +59,11 @@ class Friction(Frozen):
         edges = _check.real("edges", self.edges, at_least=0.0)
         masses = _check.real("masses", self.masses, at_least=0.0)
         if not masses.ndim or not masses.shape[-1] or edges.ndim == 0 or edges.shape[-1] != masses.shape[-1] + 1:
-            raise GeometryError(
-                f"edges of shape {edges.shape}, masses of shape {masses.shape}",
-                "k cells have k + 1 edges",
-                "Friction.between(0.4, 0.8)",
-            )
+            seen = f"edges of shape {edges.shape}, masses of shape {masses.shape}"
+            raise GeometryError(seen, "k cells have k + 1 edges", "Friction.between(0.4, 0.8)")
         if (np.diff(edges) < 0).any():
-            raise InvalidValueError(
-                f"edges = {edges.tolist()}", "the edges of the cells have to ascend", "np.sort(edges)"
-            )
+            seen = f"edges = {edges.tolist()}"
+            raise InvalidValueError(seen, "the edges of the cells have to ascend", "np.sort(edges)")
         total = masses.sum(axis=-1, keepdims=True)
         if not (total > 0).all():
             raise InvalidValueError("masses that are all 0", "some friction has to be possible", "a mass > 0")
@@ -108,9 +104,8 @@ class Friction(Frozen):
         _check.broadcast(low=start, high=end)
         start, end = np.broadcast_arrays(start, end)
         if not (start < end).all():
-            raise InvalidValueError(
-                f"low = {start.tolist()}, high = {end.tolist()}", "a range ascends", "known(0.5) for one value"
-            )
+            seen = f"low = {start.tolist()}, high = {end.tolist()}"
+            raise InvalidValueError(seen, "a range ascends", "known(0.5) for one value")
         count = _check.whole("cells", cells, at_least=1, at_most=10**6)
         # in the order in which the loops want it: each other order would be compiled anew
         edges = np.ascontiguousarray(np.linspace(start, end, count + 1, axis=-1))
@@ -265,11 +260,9 @@ class Friction(Frozen):
             rule = "friction is learned from loads with one component of drag"
             raise InvalidValueError("an estimate on an area", rule, "Friction.between(0.4, 0.8)")
         if estimate.shape[: len(self.shape)] != self.shape:
-            raise GeometryError(
-                f"estimates of shape {estimate.shape}, frictions of shape {self.shape}",
-                "the first axes of the estimates have to be the frictions'",
-                "one friction for all: Friction.between(0.4, 0.8)",
-            )
+            seen = f"estimates of shape {estimate.shape}, frictions of shape {self.shape}"
+            rule = "the first axes of the estimates have to be the frictions'"
+            raise GeometryError(seen, rule, "one friction for all: Friction.between(0.4, 0.8)")
         rows = int(np.prod(self.shape, dtype=np.intp))
         return Forces(load.mean.reshape(rows, -1, 2), load.covariance.reshape(rows, -1, 2, 2)), (told & ~edge).reshape(
             rows, -1
@@ -333,11 +326,9 @@ def _posterior(
     top = logs.max(axis=-1, keepdims=True)
     if not np.isfinite(top).all():
         row = int(np.argmin(np.isfinite(top[:, 0])))
-        raise InvalidValueError(
-            f"slips and holds that no one friction from {edges[row, 0]:.3g} to {edges[row, -1]:.3g} would show",
-            "what was seen has to be possible under what was believed",
-            "a wider range, or the status and the noise of the estimates",
-        )
+        seen = f"slips and holds that no one friction from {edges[row, 0]:.3g} to {edges[row, -1]:.3g} would show"
+        rule = "what was seen has to be possible under what was believed"
+        raise InvalidValueError(seen, rule, "a wider range, or the status and the noise of the estimates")
     masses = np.exp(logs - top)
     return np.asarray(masses / masses.sum(axis=-1, keepdims=True))
 

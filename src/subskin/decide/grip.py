@@ -98,9 +98,8 @@ def least_force(
 
 def _fits(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
     if _check.broadcast(**{name: values, "estimate": np.empty(shape)}) != shape:
-        raise GeometryError(
-            f"{name} of shape {values.shape}, frames of shape {shape}", "one for each, or one for all", f"{name}=0.0"
-        )
+        seen = f"{name} of shape {values.shape}, frames of shape {shape}"
+        raise GeometryError(seen, "one for each, or one for all", f"{name}=0.0")
 
 
 def _falls_below(excess: Callable[..., FloatArray], scale: FloatArray) -> FloatArray:

@@ -225,9 +225,8 @@ def slip(
     limits = _thresholds(thresholds)
     checked_contact(contact)
     if (skin is None) != (indenter is None):
-        raise InvalidValueError(
-            f"skin = {skin!r}, indenter = {indenter!r}", "the solver needs both", "skin=finger.skin"
-        )
+        seen = f"skin = {skin!r}, indenter = {indenter!r}"
+        raise InvalidValueError(seen, "the solver needs both", "skin=finger.skin")
     table = checked(estimate).table
     judged = np.empty((*table.shape[:-1], JUDGED))
     rows, every = judged.reshape(-1, JUDGED), rows_of(mu, estimate.shape)
@@ -288,9 +287,8 @@ def _thresholds(values: Any) -> FloatArray:
         return _USUAL
     pair = _check.real("thresholds", values, at_least=0.0, at_most=1.0)
     if pair.shape != (2,) or not pair[0] <= pair[1]:
-        raise InvalidValueError(
-            f"thresholds = {values!r}", "two probabilities, ascending, are needed", "thresholds=(1e-3, 0.5)"
-        )
+        seen = f"thresholds = {values!r}"
+        raise InvalidValueError(seen, "two probabilities, ascending, are needed", "thresholds=(1e-3, 0.5)")
     return pair
 
 

@@ -141,7 +141,6 @@ def eq13_coefficients(eps_x: ArrayLike, x: float, b: float) -> FloatArray:
 def _readings(eps_x: ArrayLike) -> FloatArray:
     e = _check.real("eps_x", eps_x)
     if e.ndim == 0 or e.shape[-1] != 3:
-        raise GeometryError(
-            f"eps_x of shape {e.shape}", "three readings are needed, shape (..., 3)", "np.stack([e1, e2, e3], axis=-1)"
-        )
+        seen = f"eps_x of shape {e.shape}"
+        raise GeometryError(seen, "three readings are needed, shape (..., 3)", "np.stack([e1, e2, e3], axis=-1)")
     return e

@@ -112,7 +112,6 @@ def eq26_corrected(attenuation: ArrayLike = 1e3) -> FloatArray:
 
     (ratio,) = given(attenuation=attenuation)
     if not (ratio >= 1).all():
-        raise InvalidValueError(
-            f"attenuation = {float(ratio.min()):.6g}", "has to be >= 1, the value at the peak", "attenuation=1000"
-        )
+        seen = f"attenuation = {float(ratio.min()):.6g}"
+        raise InvalidValueError(seen, "has to be >= 1, the value at the peak", "attenuation=1000")
     return np.asarray(-lambertw(-1 / (math.e * ratio), k=-1).real)

@@ -195,9 +195,8 @@ def segment(
     """
     readings = _check.readings(readings)
     if readings.ndim != 2 or not readings.size:
-        raise GeometryError(
-            f"readings of shape {readings.shape}", "one frame a row, one sensor a column", "shape (frames, sensors)"
-        )
+        seen = f"readings of shape {readings.shape}"
+        raise GeometryError(seen, "one frame a row, one sensor a column", "shape (frames, sensors)")
     data, seconds = in_order(readings, time)
     tracks = {
         name: _check.real(name, values, unit=unit)
@@ -206,9 +205,8 @@ def segment(
     }
     for name, values in tracks.items():
         if values.shape != data.shape[:1] and not (name == "position" and values.shape == (len(data), 2)):
-            raise GeometryError(
-                f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames", f"shape ({len(data)},)"
-            )
+            seen = f"{name} of shape {values.shape}"
+            raise GeometryError(seen, f"one for each of the {len(data)} frames", f"shape ({len(data)},)")
     options = RecordingFormat(("",), early=early, before=before, hold=hold)
     early, before, hold = options.early, options.before, options.hold
     z = tracks.get("press")

@@ -82,11 +82,8 @@ class Relaxation(Noun):
         super().__post_init__()
         time, share, doubt = np.atleast_1d(self.time), np.atleast_1d(self.share), np.asarray(self.doubt)
         if time.ndim != 1 or share.ndim not in (1, 2) or len(share) != len(time):
-            raise GeometryError(
-                f"share of shape {share.shape}, time of shape {time.shape}",
-                "one of each a term is needed",
-                "share=[0.1], time=[1.5]",
-            )
+            seen = f"share of shape {share.shape}, time of shape {time.shape}"
+            raise GeometryError(seen, "one of each a term is needed", "share=[0.1], time=[1.5]")
         _check.real("share in all", share.sum(axis=0), at_most=0.999, fix="a skin keeps some of its stress")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "share", share)

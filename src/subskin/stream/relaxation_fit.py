@@ -122,19 +122,15 @@ def fit_relaxation(
     data, clock = in_order(readings, time)
     ends = _check.real("held", held, unit="s")
     if data.ndim != 2 or ends.ndim != 2 or ends.shape[1] != 2 or not len(ends):
-        raise GeometryError(
-            f"readings of shape {data.shape}, held of shape {ends.shape}",
-            "(m, n) and (k, 2) are needed",
-            "readings of shape (frames, sensors), held=[(1.0, 3.0)]",
-        )
+        seen, rule = f"readings of shape {data.shape}, held of shape {ends.shape}", "(m, n) and (k, 2) are needed"
+        raise GeometryError(seen, rule, "readings of shape (frames, sensors), held=[(1.0, 3.0)]")
     first = np.searchsorted(clock, ends[:, 0], side="left")
     stop = np.searchsorted(clock, ends[:, 1], side="right")
     short = np.flatnonzero(stop - first < _FEWEST)
     if short.size:
         a, b = ends[short[0]]
-        raise InvalidValueError(
-            f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s", f"at least {_FEWEST} frames have to lie in it", "leave it out"
-        )
+        seen = f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s"
+        raise InvalidValueError(seen, f"at least {_FEWEST} frames have to lie in it", "leave it out")
     return _Series(data, clock, first, stop, terms, rest, _frames_of(clock, free)).result()
 
 

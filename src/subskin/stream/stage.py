@@ -188,14 +188,12 @@ def in_order(
         rule = f"frames of {'some' if sensors is None else f'the {sensors}'} sensors, (m, n), are needed"
         raise GeometryError(f"readings of shape {data.shape}", rule, "readings[:, None] for a single sensor")
     if time is None:
-        raise InvalidValueError(
-            "time is missing", "a stream needs the time of each frame [s]", "time=np.arange(frames) / rate"
-        )
+        seen = "time is missing"
+        raise InvalidValueError(seen, "a stream needs the time of each frame [s]", "time=np.arange(frames) / rate")
     clock = _check.real("time", time, unit="s")
     if clock.shape != data.shape[:-1]:
-        raise GeometryError(
-            f"time of shape {clock.shape}", f"one for each frame, {data.shape[:-1]}, is needed", "a time for each frame"
-        )
+        seen = f"time of shape {clock.shape}"
+        raise GeometryError(seen, f"one for each frame, {data.shape[:-1]}, is needed", "a time for each frame")
     clock = clock.reshape(-1)
     before = np.concatenate([[last], clock[:-1]])
     back = np.flatnonzero(clock < before)
@@ -260,18 +258,12 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
 
     def __post_init__(self) -> None:
         if not isinstance(self.stages, Mapping) or not self.stages:
-            raise InvalidValueError(
-                f"stages = {_check.shown(self.stages)}",
-                "stages by their names are needed",
-                'Pipeline({"found": locator})',
-            )
+            seen = f"stages = {_check.shown(self.stages)}"
+            raise InvalidValueError(seen, "stages by their names are needed", 'Pipeline({"found": locator})')
         for name, stage in self.stages.items():
             if not callable(stage):
-                raise InvalidValueError(
-                    f'stage "{name}" = {_check.shown(stage)}',
-                    "a Stage, or a call on readings, is needed",
-                    "finger.locator()",
-                )
+                seen = f'stage "{name}" = {_check.shown(stage)}'
+                raise InvalidValueError(seen, "a Stage, or a call on readings, is needed", "finger.locator()")
         object.__setattr__(self, "stages", dict(self.stages))
 
     def step(

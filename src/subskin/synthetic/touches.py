@@ -188,11 +188,8 @@ class RandomTouches(Noun):
             object.__setattr__(self, name, _range(name, getattr(self, name), **limit))
         for name, share in self.faults.items():
             if name not in FAULTS[1:]:
-                raise InvalidValueError(
-                    f"{_check.shown(name)} = {_check.shown(share)}",
-                    f"the faults are {', '.join(FAULTS[1:])}",
-                    "dead = 0.01",
-                )
+                seen = f"{_check.shown(name)} = {_check.shown(share)}"
+                raise InvalidValueError(seen, f"the faults are {', '.join(FAULTS[1:])}", "dead = 0.01")
             _check.scalar(name, share, at_least=0.0, at_most=1.0)
         if sum(self.faults.values()) > 1:
             raise InvalidValueError(f"faults {dict(self.faults)}", "their shares are at most 1 together", "dead = 0.01")

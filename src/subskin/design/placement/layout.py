@@ -85,9 +85,8 @@ class Arrangement(Noun):
             raise InvalidValueError(f"rows of {self.rows}", "the rows of a grid have as many sensors each", "(4, 4, 4)")
         if (self.pattern == "free") != bool(self.at) or (self.at and len(self.at) != sum(self.rows)):
             rule = "free positions are listed, others follow from their rows"
-            raise InvalidValueError(
-                f"{self.pattern} with {len(self.at)} positions", rule, 'Arrangement("grid", (3, 3))'
-            )
+            seen = f"{self.pattern} with {len(self.at)} positions"
+            raise InvalidValueError(seen, rule, 'Arrangement("grid", (3, 3))')
 
     def __repr__(self) -> str:
         return self.text

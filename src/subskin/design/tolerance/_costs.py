@@ -89,9 +89,8 @@ class Costs:
             except SubskinError as error:
                 refused = error
         if not out:
-            raise InvalidValueError(
-                f"{name} off by {amount:.6g}", f"no such finger ({refused.seen}: {refused.rule})", "a smaller one"
-            )
+            seen = f"{name} off by {amount:.6g}"
+            raise InvalidValueError(seen, f"no such finger ({refused.seen}: {refused.rule})", "a smaller one")
         return out
 
     def finger(self, amounts: Mapping[str, float], rng: np.random.Generator) -> Finger:
@@ -112,11 +111,8 @@ class Costs:
                 return as_made(self.study.finger, off)
             except SubskinError as error:
                 refused = error
-        raise InvalidValueError(
-            ", ".join(f"{name} = {amount:.6g}" for name, amount in amounts.items()),
-            f"hardly a finger is off like that ({refused.seen}: {refused.rule})",
-            "smaller tolerances",
-        )
+        seen, fix = ", ".join(f"{name} = {amount:.6g}" for name, amount in amounts.items()), "smaller tolerances"
+        raise InvalidValueError(seen, f"hardly a finger is off like that ({refused.seen}: {refused.rule})", fix)
 
     def size_of(self, name: str) -> tuple[int, ...]:
         """Shape of what each sensor has of its own of a source: on an area a position is off along y and along z."""

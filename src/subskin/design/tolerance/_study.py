@@ -62,11 +62,9 @@ class Study:
         self.locator = locator_for(finger, touches, search=search, friction=friction)
         low, high = self._searched()
         if (position < low).any() or (position > high).any():
-            raise GeometryError(
-                f"touches from {_in_m(position.min(axis=0))} to {_in_m(position.max(axis=0))} m",
-                f"loads are looked for from {_in_m(low)} to {_in_m(high)} m",
-                f"a narrower {'span' if d == 1 else 'area'}, or a wider search",
-            )
+            seen = f"touches from {_in_m(position.min(axis=0))} to {_in_m(position.max(axis=0))} m"
+            rule = f"loads are looked for from {_in_m(low)} to {_in_m(high)} m"
+            raise GeometryError(seen, rule, f"a narrower {'span' if d == 1 else 'area'}, or a wider search")
         self._forced = self._like(replace(finger.array, low=-np.inf, high=np.inf), false_alarm=_FORCED)
         self._linear = all(t.linear for t in finger.array.transducers)
         # unit vectors at right angles to each load, by which its direction is off, (a, d, d + 1)
