@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Real, checked
 from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..estimate.area.locator import search_of
 from ..estimate.estimate import Estimate
@@ -25,6 +26,8 @@ from ._learning import Learning
 from .calibration import WEAK_SHARE, Fitted, Health, Parameter, checked_readings
 
 __all__ = ["BlindCalibration", "BlindParameter", "ErrorRatio", "Known", "calibrate_blind"]
+
+_Count: TypeAlias = Annotated[float, Real(at_least=0.0, finite=False)]
 
 _LEARNT, _DRAWN = 0.5, 0.95
 _SURPRISE = 4.0
@@ -132,12 +135,13 @@ class BlindCalibration(Fitted):
         """How many of the fitted numbers touches of this kind determine, alone or combined."""
         return len(self.parameters) - int(self._learning.null.shape[1])
 
-    def std(self, touches: float) -> FloatArray:
+    @checked
+    def std(self, touches: _Count) -> FloatArray:
         """Standard deviation of each parameter after `touches` of this kind in all, shape (k,)."""
-        count = _check.scalar("touches", touches, at_least=0.0, finite=False)
-        return _check.read_only(self._learning.std(count))
+        return _check.read_only(self._learning.std(touches))
 
-    def touches_for(self, parameter: int, std: float) -> float:
+    @checked
+    def touches_for(self, parameter: int, std: Positive) -> float:
         """How many touches of this kind it takes, in all, until a parameter's standard deviation is at most `std`.
 
         It falls as the root of their number, from the prior's down to `limit`. Infinite where that is above `std`.
@@ -160,15 +164,16 @@ class BlindCalibration(Fitted):
         wanted = _check.scalar("std", std, above=0.0, unit=self.parameters[parameter].unit)
         return self._learning.touches_for(parameter, wanted)
 
-    def error_ratio(self, touches: float | None = None) -> ErrorRatio:
+    @checked
+    def error_ratio(self, touches: _Count | None = None) -> ErrorRatio:
         """What the uncertain finger makes of errors in locating, after `touches` of this kind or those there were.
 
         By propagation of the covariance; for loads that are spread as those used here.
         """
-        count = None if touches is None else _check.scalar("touches", touches, at_least=0.0, finite=False)
-        return ErrorRatio(*self._learning.error_ratio(count))
+        return ErrorRatio(*self._learning.error_ratio(touches))
 
-    def touches_for_ratio(self, ratio: float = 1.3) -> float:
+    @checked
+    def touches_for_ratio(self, ratio: Annotated[float, Real(above=1.0)] = 1.3) -> float:
         """How many touches of this kind, in all, until both of `error_ratio` are at most `ratio`.
 
         Raises
@@ -176,7 +181,7 @@ class BlindCalibration(Fitted):
         InvalidValueError
             A ratio that is not > 1, which no number of touches reaches.
         """
-        return self._learning.touches_for_ratio(_check.scalar("ratio", ratio, above=1.0))
+        return self._learning.touches_for_ratio(ratio)
 
     @property
     def doubts(self) -> tuple[str, ...]:

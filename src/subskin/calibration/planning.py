@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Fix, Positive, Real, checked
 from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError, UnknownOptionError
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 from ._forward import LINEAR, Forward, checked_names, terms_of
 
 __all__ = ["NextTouch", "next_touch"]
@@ -55,15 +56,16 @@ class NextTouch(Frozen):
     error_after: float
 
 
+@checked
 def next_touch(
     finger: Finger,
     positions: npt.ArrayLike,
     candidates: npt.ArrayLike,
     *,
     fit: Sequence[str] | None = None,
-    known: Mapping[str, float] | None = None,
-    force: float = 1.0,
-    origin: npt.ArrayLike = 0.0,
+    known: Annotated[Mapping[str, float] | None, Fix('known={"gain": 0.05}')] = None,
+    force: Positive = 1.0,
+    origin: Annotated[npt.ArrayLike, Real("m")] = 0.0,
     targets: npt.ArrayLike | None = None,
 ) -> NextTouch:
     """Choose the touch after which a calibrated finger will find positions best.
@@ -115,20 +117,17 @@ def next_touch(
     >>> f"{1e3 * proposed.error:.2f} mm before it, {1e3 * proposed.error_after:.2f} mm after it"
     '... mm before it, ... mm after it'
     """
-    finger_needed(finger)
     area = finger.array.on_area
     usual = _USUAL + ("turn",) * area if fit is None else fit
     names = checked_names(usual, (*LINEAR, *terms_of(finger)))
     live = finger.array.live
     forward = Forward(Finger(finger.skin, finger.array.select(live)), names)
-    model = _Model(forward, names, _check.real("origin", origin, unit="m"), _check.scalar("force", force, above=0.0))
+    model = _Model(forward, names, np.asarray(origin), force)
     made = _positions(finger, "positions", positions)
     able = _positions(finger, "candidates", candidates)
     aims = able if targets is None else _positions(finger, "targets", targets)
     if not len(able) or not len(aims):
         raise InvalidValueError("no candidate", "the next touch needs a position to choose", "candidates=[0.0, 1e-3]")
-    if known is not None:
-        _check.noun("known", known, Mapping, 'known={"gain": 0.05}')
     covariance = np.diag(model.doubt(able, known or {}) ** 2)
     for row in model.of_parameters(made):
         covariance = _told(covariance, row, model.noise)

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import Annotated, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._frozen import Frozen
+from .._declared import Noun, Real, Whole, checked
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate
 from ._cone import Forces, cells_beyond, forces_of, of_frames, picked, widths
 
 __all__ = ["Friction", "density_of", "friction_of", "rows_of"]
+
+_Shares: TypeAlias = Annotated[npt.ArrayLike, Real(at_least=0.0)]
+_Cells: TypeAlias = Annotated[int, Whole(1, 10**6)]
+_Std: TypeAlias = Annotated[float, Real(above=0.0, fix="Friction.known(0.5) for a value without error")]
 
 _CELLS = 64
 _NORMAL_REACH = 6.0
@@ -27,7 +31,7 @@ _APART = 6.0
 
 
 @dataclass(frozen=True, eq=False)
-class Friction(Frozen):
+class Friction(Noun):
     """The coefficient of friction mu as a density: constant in each cell of a grid, the cells' masses summing to 1.
 
     Here there is one mu. Most surfaces have two: sliding takes a little less drag than starting to slide. A slip gives
@@ -52,12 +56,12 @@ class Friction(Frozen):
     (0.6, 0.115, 0.41)
     """
 
-    edges: npt.ArrayLike
-    masses: npt.ArrayLike
+    edges: _Shares
+    masses: _Shares
 
     def __post_init__(self) -> None:
-        edges = _check.real("edges", self.edges, at_least=0.0)
-        masses = _check.real("masses", self.masses, at_least=0.0)
+        super().__post_init__()
+        edges, masses = np.asarray(self.edges), np.asarray(self.masses)
         if not masses.ndim or not masses.shape[-1] or edges.ndim == 0 or edges.shape[-1] != masses.shape[-1] + 1:
             seen = f"edges of shape {edges.shape}, masses of shape {masses.shape}"
             raise GeometryError(seen, "k cells have k + 1 edges", "Friction.between(0.4, 0.8)")
@@ -68,7 +72,6 @@ class Friction(Frozen):
         if not (total > 0).all():
             raise InvalidValueError("masses that are all 0", "some friction has to be possible", "a mass > 0")
         _check.broadcast(edges=edges[..., 0], masses=masses[..., 0])
-        object.__setattr__(self, "edges", edges)
         object.__setattr__(self, "masses", _check.read_only(masses / total))
 
     @classmethod
@@ -85,7 +88,8 @@ class Friction(Frozen):
         return cls(np.stack([mu, mu], axis=-1), np.ones((*mu.shape, 1)))
 
     @classmethod
-    def between(cls, low: npt.ArrayLike, high: npt.ArrayLike, cells: int = _CELLS) -> Self:
+    @checked
+    def between(cls, low: _Shares, high: _Shares, cells: _Cells = _CELLS) -> Self:
         """Anything from `low` to `high`, all equally likely, on a grid of so many `cells`.
 
         Raises
@@ -98,21 +102,20 @@ class Friction(Frozen):
         >>> Friction.between(0.4, 0.8).quantile([0.0, 0.25, 1.0]).round(6).tolist()
         [0.4, 0.5, 0.8]
         """
-        start = _check.real("low", low, at_least=0.0)
-        end = _check.real("high", high, at_least=0.0)
+        start, end = np.asarray(low), np.asarray(high)
         _check.no_degrees("high", end)
         _check.broadcast(low=start, high=end)
         start, end = np.broadcast_arrays(start, end)
         if not (start < end).all():
             seen = f"low = {start.tolist()}, high = {end.tolist()}"
             raise InvalidValueError(seen, "a range ascends", "known(0.5) for one value")
-        count = _check.whole("cells", cells, at_least=1, at_most=10**6)
         # in the order in which the loops want it: each other order would be compiled anew
-        edges = np.ascontiguousarray(np.linspace(start, end, count + 1, axis=-1))
-        return cls(edges, np.ones((*start.shape, count)))
+        edges = np.ascontiguousarray(np.linspace(start, end, cells + 1, axis=-1))
+        return cls(edges, np.ones((*start.shape, cells)))
 
     @classmethod
-    def normal(cls, mean: float, std: float, cells: int = 2 * _CELLS) -> Self:
+    @checked
+    def normal(cls, mean: Annotated[float, Real(at_least=0.0)], std: _Std, cells: _Cells = 2 * _CELLS) -> Self:
         """A normal density of `mean` and standard deviation `std`, to 6 of these and above 0, in so many `cells`.
 
         Examples
@@ -123,12 +126,8 @@ class Friction(Frozen):
         """
         from scipy.special import ndtr
 
-        centre = _check.scalar("mean", mean, at_least=0.0)
-        spread = _check.scalar("std", std, above=0.0, fix="Friction.known(0.5) for a value without error")
-        count = _check.whole("cells", cells, at_least=1, at_most=10**6)
-        ends = max(centre - _NORMAL_REACH * spread, 0.0), centre + _NORMAL_REACH * spread
-        edges = np.linspace(*ends, count + 1)
-        z = (edges - centre) / spread
+        edges = np.linspace(max(mean - _NORMAL_REACH * std, 0.0), mean + _NORMAL_REACH * std, cells + 1)
+        z = (edges - mean) / std
         lower = np.minimum(z, 0.0)
         # each half from its own tail, so that small masses keep their digits
         masses = np.diff(ndtr(lower)) + np.diff(-ndtr(-np.maximum(z, 0.0)))
@@ -180,7 +179,8 @@ class Friction(Frozen):
             return None
         return np.asarray(self.edges)[None], np.asarray(self.masses)[None], self.facts[None]
 
-    def quantile(self, probability: npt.ArrayLike) -> FloatArray:
+    @checked
+    def quantile(self, probability: Annotated[npt.ArrayLike, Real(at_least=0.0, at_most=1.0)]) -> FloatArray:
         """The coefficient below which it lies with a `probability`; shape (...) and then the probability's.
 
         Examples
@@ -188,7 +188,7 @@ class Friction(Frozen):
         >>> float(Friction.known(0.5).quantile(0.01))
         0.5
         """
-        p = _check.real("probability", probability, at_least=0.0, at_most=1.0)
+        p = np.asarray(probability)
         edges, masses = self._rows()
         rows = [_quantile(e, m, p.reshape(-1)) for e, m in zip(edges, masses, strict=True)]
         return _check.read_only(np.array(rows).reshape((*self.shape, *p.shape)))

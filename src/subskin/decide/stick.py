@@ -15,13 +15,14 @@ are the ends of what is held. All c make a curve; every drag and moment within i
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Real, checked
 from ..contact import families, family_of
 from ..pressing import Indenter, PressStatus, press
 from ..skin import Skin
@@ -30,6 +31,8 @@ __all__ = [
     "checked_contact", "drag_held", "effective_drag", "friction_arm", "moment_held", "slipping_about",
     "stick_share", "stick_zone",
 ]  # fmt: skip
+
+_Force: TypeAlias = Annotated[npt.ArrayLike, Real("N/m", finite=False)]
 
 _NODES, _GRADE = 40, 3
 """Gauss and Legendre's nodes of a stretch, and the power by which they crowd to an end where a logarithm stands."""
@@ -78,7 +81,8 @@ def friction_arm(contact: str = "hertz") -> float:
     return float(_ARMS[contact])
 
 
-def slipping_about(centre: npt.ArrayLike, contact: str = "hertz") -> FloatArray:
+@checked
+def slipping_about(centre: Annotated[npt.ArrayLike, Real(above=0.0)], contact: str = "hertz") -> FloatArray:
     """Drag over mu N and moment over mu N a of a contact that slips while it turns about a point, shape (..., 2).
 
     Parameters
@@ -102,7 +106,7 @@ def slipping_about(centre: npt.ArrayLike, contact: str = "hertz") -> FloatArray:
     from scipy.special import ellipe, ellipk
 
     friction_arm(contact)
-    c = _check.real("centre", centre, above=0.0)[..., None]
+    c = np.asarray(centre)[..., None]
     s, w = np.polynomial.legendre.leggauss(_NODES)
     s, w = 0.5 * (1 + s), 0.5 * w
     centre_at = np.arcsin(np.minimum(c, 1.0))
@@ -190,12 +194,13 @@ def stick_share(contact: str, ratio: FloatArray) -> FloatArray:
     return np.where(ratio < 1, np.maximum(1 - ratio, 0.0) ** growth, np.where(ratio >= 1, 0.0, np.nan))
 
 
+@checked
 def stick_zone(
     skin: Skin,
     indenter: Indenter,
-    normal: npt.ArrayLike,
-    tangential: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    normal: _Force,
+    tangential: _Force,
+    friction: Annotated[npt.ArrayLike, Real(above=0.0)],
     *,
     nodes: int | None = None,
     window: float | None = None,
@@ -240,11 +245,9 @@ def stick_zone(
     >>> round(float(share), 2), round(float(0.5**0.5), 2)
     (0.71, 0.71)
     """
-    given = {"normal": normal, "tangential": tangential}
-    wanted = [_check.real(name, value, unit="N/m", finite=False) for name, value in given.items()]
-    mu = _check.real("friction", friction, above=0.0)
-    shape = _check.broadcast(normal=wanted[0], tangential=wanted[1], friction=mu)
-    flat = [np.broadcast_to(v, shape).reshape(-1) for v in (*wanted, mu)]
+    given = {"normal": np.asarray(normal), "tangential": np.asarray(tangential), "friction": np.asarray(friction)}
+    shape = _check.broadcast(**given)
+    flat = [np.broadcast_to(v, shape).reshape(-1) for v in given.values()]
     options = {"nodes": nodes, "window": window, "period": period, "datum": datum}
     options |= {"tolerance": tolerance, "max_strain": max_strain}
     shares = [_share(skin, indenter, float(n), float(t), float(m), options) for n, t, m in zip(*flat, strict=True)]

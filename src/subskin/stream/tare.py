@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -13,16 +13,19 @@ from scipy.special import chdtri
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Noun, Real
 from .._frozen import Frozen, Result
 from .._shown import lines
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.frames import check_noise
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 from . import _tare_kernel as kernel
 from ._held import Held
 from .stage import Arrays, Stage, behind, check_state, in_order, join, since, some_of
 
 __all__ = ["Tare", "TareState", "Tared"]
+
+_Time: TypeAlias = Annotated[float, Real("s", above=0.0)]
 
 _DRIFT = 0.3  # fastest drift believed, of the noise, a second
 _FAR = 0.5  # of the free skin's reading, and
@@ -127,7 +130,7 @@ class Tared(Frozen):
 
 
 @dataclass(frozen=True, eq=False)
-class Tare(Stage[TareState, Tared]):
+class Tare(Stage[TareState, Tared], Noun):
     """Follows each sensor's offset while the skin is free, frame by frame, and takes it off.
 
     A scalar Kalman filter a sensor: the standard deviation of its offset grows by `drift` a second, and each free frame
@@ -182,20 +185,20 @@ class Tare(Stage[TareState, Tared]):
     finger: Finger
     drift: npt.ArrayLike | None = None
     noise: npt.ArrayLike | None = None
-    known: npt.ArrayLike = np.inf
+    known: Annotated[npt.ArrayLike, Real(at_least=0.0, finite=False)] = np.inf
     differences: bool = False
-    guard: float = 0.25
-    settle: float = 0.25
-    patience: float = 3.0
-    false_alarm: float = 1e-6
+    guard: _Time = 0.25
+    settle: _Time = 0.25
+    patience: _Time = 3.0
+    false_alarm: Annotated[float, Real(above=0.0, at_most=0.5)] = 1e-6
 
     def __post_init__(self) -> None:
-        finger_needed(self.finger)
+        super().__post_init__()
         array = self.finger.array
         n = len(array)
         noise = _check.real("noise", array.noise if self.noise is None else self.noise, at_least=0.0)
         drift = _check.real("drift", _DRIFT * noise if self.drift is None else self.drift, at_least=0.0)
-        known = _check.real("known", self.known, at_least=0.0, finite=False)
+        known = np.asarray(self.known)
         for name, value in (("noise", noise), ("drift", drift), ("known", known)):
             if value.shape not in ((), (n,)):
                 rule = f"one value, or one for each of the {n} sensors, is needed"
@@ -203,13 +206,9 @@ class Tare(Stage[TareState, Tared]):
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
             raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
-        if _check.flag("differences", self.differences):
+        if self.differences:
             array.refuse_offset()
         check_noise(array, "a touch is known by the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
-        for name in ("guard", "settle", "patience"):
-            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), unit="s", above=0.0))
-        alarm = _check.scalar("false_alarm", self.false_alarm, above=0.0, at_most=0.5)
-        object.__setattr__(self, "false_alarm", alarm)
 
     @cached_property
     def _sensors(self) -> FloatArray:
