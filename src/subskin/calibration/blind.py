@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._declared import Real, checked
+from .._declared import Positive, Real, checked
 from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..estimate.area.locator import search_of
 from ..estimate.estimate import Estimate
@@ -161,8 +161,7 @@ class BlindCalibration(Fitted):
         parameter = _check.whole(
             "parameter", parameter, at_least=0, at_most=len(self.parameters) - 1, fix="parameter=0"
         )
-        wanted = _check.scalar("std", std, above=0.0, unit=self.parameters[parameter].unit)
-        return self._learning.touches_for(parameter, wanted)
+        return self._learning.touches_for(parameter, std)
 
     @checked
     def error_ratio(self, touches: _Count | None = None) -> ErrorRatio:

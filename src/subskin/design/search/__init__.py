@@ -4,7 +4,7 @@ from .choices import Effort, Mix, Room, SensorKind, SkinChoice
 from .goals import Accuracy, Goals, Row
 from .grid import Criterion, DesignGrid, Store, search_grid
 from .look import Check, DesignedFinger
-from .rank import Remedy, rank_fingers
+from .rank import DesignStudy, Remedy, rank_fingers
 
 __all__ = [
     "Accuracy",
