@@ -321,8 +321,8 @@ def _posterior(
                 some = tells[:, event, None]
                 mean, covariance = load.mean[:, event], load.covariance[:, event]
                 here = Forces(np.where(some, mean, 1.0), np.where(some[..., None], covariance, 1.0))
-                seen = _slip_density(here, edges) if slid else np.maximum(1 - cells_beyond(here, edges), 0.0)
-                logs = logs + np.where(some, np.log(seen), 0.0)
+                density = _slip_density(here, edges) if slid else np.maximum(1 - cells_beyond(here, edges), 0.0)
+                logs = logs + np.where(some, np.log(density), 0.0)
     top = logs.max(axis=-1, keepdims=True)
     if not np.isfinite(top).all():
         row = int(np.argmin(np.isfinite(top[:, 0])))
