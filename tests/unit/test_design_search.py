@@ -23,7 +23,7 @@ from subskin.design.search import (
     look,
 )
 from subskin.design.search import grid as grid_module
-from subskin.design.search.remedy import remedies
+from subskin.design.search.rank import remedies
 from subskin.design.words import held, in_words, reasons_of, tolerances_of, usual_goals_of, verdict_of
 from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
 
