@@ -24,7 +24,6 @@ TO_DO = {
     "estimate/climb.py",
     "estimate/evidence/_area_kernel.py",
     "estimate/evidence/_edge_kernel.py",
-    "pressing/_compiled.py",
 }
 """Files that are older than the rule."""
 

@@ -272,7 +272,7 @@ class TestStatus:
 
     def test_not_settled(self, monkeypatch):
         """Stopped early, the answer says so, and which rule is broken most."""
-        monkeypatch.setattr("subskin.pressing.equilibrium._ROUNDS", 1)
+        monkeypatch.setattr("subskin.pressing.case._ROUNDS", 1)
         found = ss.press(ss.HalfPlane(ss.Material(0.4e6, 0.2)), BODY, force=5, friction=0.5, nodes=256)
         assert found.status is ss.pressing.PressStatus.NOT_SETTLED
         rules = {k: v for k, v in vars(found.certificate).items() if k != "scale"}

@@ -313,7 +313,7 @@ class TestCertificate:
     def again(found, **changes):
         state = dataclasses.replace(found.state, **changes)
         case = found.case
-        return certify(case, state, displaced(case.influence, case, state, case.height, case.shift))
+        return certify(case, state, displaced(case, state))
 
     @pytest.fixture
     def rubbed(self):
@@ -367,12 +367,12 @@ class TestCertificate:
         pressed = np.flatnonzero(state.pressure)
         sticks = (found.y[pressed] > found.stick[0, 0]) & (found.y[pressed] < found.stick[0, 1])
         held, slides = pressed[sticks][5], pressed[~sticks][5]
-        moved = displaced(case.influence, case, state, case.height, case.shift)
+        moved = displaced(case, state)
         for node, along, creep, wrong in (
             (held, 1, 0.1, 0), (held, -1, 0.1, 0), (slides, 1, 0, 0.1), (slides, -1, 0, 0),
         ):  # fmt: skip
             slip = np.zeros_like(moved.slip)
-            slip[node] = 0.1 * along * np.sign(drag) * scale
+            slip[0, node] = 0.1 * along * np.sign(drag) * scale
             seen = certify(case, state, dataclasses.replace(moved, slip=slip))
             assert (seen.creep, seen.wrong_way) == pytest.approx((creep, wrong), rel=1e-9)
 

@@ -1,13 +1,12 @@
 """Contact of a skin with a rigid body: indenters, and the solver that finds pressure, shear, stick and slip."""
 
-from .area.solution import LocalSolution
 from .body import ConeTip, Ellipsoid, LocalIndenter, Roller, Sphere
 from .certificate import Certificate
 from .height_map import HeightMap
 from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
 from .press import press
 from .shapes import Box, BoxCorner, BoxEdge, Pin, RidgedBody, Together
-from .solution import ContactSolution, PressStatus
+from .solution import ContactSolution, LocalSolution, PressStatus
 
 __all__ = [
     "Box",

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from .. import _check, _hooks
 from .._check import FloatArray
 from .._declared import Angle, Extent, Length, Noun, Positive
-from ..errors import InvalidValueError
 
 __all__ = [
     "ANYWHERE",
@@ -24,7 +23,6 @@ __all__ = [
     "Sphere",
     "beyond",
     "points",
-    "pressing",
     "turned",
 ]
 
@@ -64,20 +62,6 @@ _MEMBERS = {
     "ends": _hooks.each_of((_ENDS, _ENDS), "the ends along y and those along z"),
     "centre": _hooks.each_of((_NUMBER, _NUMBER), "y and z"),
 }
-
-
-_LEAST, _MOST = 1e-30, 1e30
-"""Forces and depths between which no product of them overflows."""
-
-
-def pressing(name: str, value: float | None, unit: str) -> None:
-    """Refuse a force or a depth that does not press, or is no number of a body."""
-    if value is None:
-        return
-    if not value > 0:
-        seen = f"{name} = {value:.6g} {unit}"
-        raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
-    _check.scalar(name, value, unit=unit, at_least=_LEAST, at_most=_MOST)
 
 
 def points(y: npt.ArrayLike, z: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:

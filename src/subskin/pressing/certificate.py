@@ -8,12 +8,13 @@ import numpy as np
 
 from .._check import FloatArray
 from .._frozen import Frozen
-from .equilibrium import Balance, Case
-from .influence import Influence
+from .case import Balance, Case
 
 __all__ = ["Certificate", "Displaced", "certify", "displaced"]
 
-_SAMPLES = 5
+_SAMPLES = (0.13, 0.5, 0.82)
+"""Where on either side of the grid displacements are summed term by term."""
+_AT_BOUND = 1e-9
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Certificate:
         Greatest slip where the skin should stick, and along the friction instead of against it [-].
     force_error, moment_error, tangential_error : float
         What is missing of each prescribed resultant: of the force in shares of it, of the moment in shares of force
-        times the contact's width, of the tangential force in shares of the force.
+        times the contact's width, of the tangential force in shares of the force, of a torsion as of a moment.
     sums : float
         Greatest difference between displacements by Fourier transforms and by plain sums, at a few nodes [-].
     """
@@ -64,7 +65,7 @@ class Certificate:
 
 @dataclass(frozen=True, eq=False)
 class Displaced(Frozen):
-    """Gap and slip at nodes, of tractions taken at their word [m]."""
+    """Gap and displacement u_x (...), slip and displacement along the surface (d, ...) at nodes [m]."""
 
     gap: FloatArray
     slip: FloatArray
@@ -72,63 +73,99 @@ class Displaced(Frozen):
     lateral: FloatArray
 
 
-def displaced(op: Influence, case: Case, state: Balance, height: FloatArray, shift: FloatArray) -> Displaced:
-    """Displacements, gap and slip at the nodes of `op`, at which the tractions of `state` are given."""
-    normal = op.apply(0, 0, state.pressure) + op.apply(0, 1, state.shear)
-    lateral = op.apply(1, 0, state.pressure) + op.apply(1, 1, state.shear)
-    gap = height + normal - state.depth - state.tilt * case.y
-    return Displaced(gap, lateral - shift - state.slide, normal, lateral)
+def displaced(case: Case, state: Balance) -> Displaced:
+    """Displacements, gap and slip of the tractions of `state`, taken at their word."""
+    op = case.influence
+    normal, lateral = op.normal(state.pressure), op.dragged(state.pressure)
+    if state.shear.any():
+        normal, lateral = normal + op.lifted(state.shear), lateral + op.lateral(state.shear)
+    gap = normal + case.height
+    gap -= state.depth
+    if state.tilt.any():
+        gap -= case.leaning(state.tilt)
+    slip = lateral - case.shift - case.rigid(state.slide, state.twist) if op.drags else lateral
+    return Displaced(gap, slip, normal, lateral)
 
 
 def certify(case: Case, state: Balance, moved: Displaced) -> Certificate:
     """The certificate of `state`, whose displacements are `moved`."""
-    p, q, load = state.pressure, state.shear, case.load
-    force = float(p.sum() * case.step)
-    top = float(p.max(initial=0.0)) or 1.0
-    pressed = p > 0
-    scale = max(float(np.abs(moved.normal).max()), float(np.abs(moved.lateral).max()), 1e-300)
-    body = np.isfinite(moved.gap)
-    gap = np.where(body, moved.gap, 0.0)
-    beneath = np.where(pressed, np.abs(gap), 0.0)
+    p, load = state.pressure, case.load
+    force, top = float(p.sum() * case.cell), float(p.max(initial=0.0)) or 1.0
+    at = np.nonzero(p)
+    scale = max(float(moved.normal.max()), -float(moved.normal.min()), float(np.abs(moved.lateral).max()), 1e-300)
+    beneath = np.abs(moved.gap[at])
     cone = creep = wrong = drag_error = 0.0
+    width = (case.cell * max(int((p > 0).sum()), 1)) ** (1 / len(case.axes))
     if load.friction is not None:
-        held = load.friction * p if np.isfinite(load.friction) else np.where(pressed, np.inf, 0.0)
-        cone = float(np.maximum(np.abs(q) - held, 0.0).max()) / top
-        within = pressed & (np.abs(q) < held * (1 - 1e-9))
-        creep = float(np.abs(moved.slip[within]).max(initial=0.0)) / scale
-        # friction drives the skin along with the indenter, so the skin lags: slip and shear are of opposite sign
-        rubbed = pressed & ~within
-        wrong = float(np.maximum(moved.slip * np.sign(q), 0.0)[rubbed].max(initial=0.0)) / scale
-        if load.tangential is not None and np.isfinite(load.friction):
-            asked = float(np.clip(load.tangential, -load.friction * force, load.friction * force))
-            drag_error = abs(float(q.sum() * case.step) - asked) / force
-        elif load.tangential is not None:
-            drag_error = abs(float(q.sum() * case.step) - load.tangential) / force
-    width = case.step * max(int(pressed.sum()), 1)
-    moment = float((p * case.y).sum() * case.step)
+        rubs = np.nonzero((p != 0) | state.shear.any(axis=0))
+        held = _held(load.friction, p[rubs])
+        q, slip = (np.array([part[rubs] for part in field]) for field in (state.shear, moved.slip))
+        cone, creep, wrong = _friction(held, q, slip)
+        drag_error = _drag_error(case, state, force, width, bool((_size(q) >= held * (1 - _AT_BOUND)).all()))
+    missing = 0.0 if load.moment is None else float(np.abs(case.arms(p) - load.moment).max())
     return Certificate(
         scale=scale,
-        penetration=float(np.maximum(-gap, 0.0).max()) / scale,
-        gap=float(beneath.max()) / scale,
-        complementarity=float((p * np.abs(gap)).sum() * case.step) / (force * scale) if force else 0.0,
-        tension=float(np.maximum(-p, 0.0).max()) / top,
-        cone=cone,
-        creep=creep,
-        wrong_way=wrong,
+        penetration=max(0.0, -float(moved.gap.min())) / scale,
+        gap=float(beneath.max(initial=0.0)) / scale,
+        complementarity=float((p[at] * beneath).sum() * case.cell) / (force * scale) if force else 0.0,
+        tension=max(0.0, -float(p.min())) / top,
+        cone=cone / top,
+        creep=creep / scale,
+        wrong_way=wrong / scale,
         force_error=abs(force - load.force) / load.force if load.force else 0.0,
-        moment_error=abs(moment - load.moment) / (force * width) if load.moment is not None else 0.0,
+        moment_error=missing / (force * width) if missing else 0.0,
         tangential_error=drag_error,
-        sums=_plain_sums(case.influence, state, moved) / scale,
+        sums=_plain_sums(case, state, moved) / scale,
     )
 
 
-def _plain_sums(op: Influence, state: Balance, moved: Displaced) -> float:
+def _size(q: FloatArray) -> FloatArray:
+    return np.asarray(np.abs(q[0]) if len(q) == 1 else np.hypot(*q))
+
+
+def _held(mu: float, p: FloatArray) -> FloatArray:
+    """The drag that friction holds."""
+    return mu * p if np.isfinite(mu) else np.where(p > 0, np.inf, 0.0)
+
+
+def _friction(held: FloatArray, q: FloatArray, slip: FloatArray) -> tuple[float, float, float]:
+    """Most by which a drag leaves the cone [Pa], greatest creep where it sticks, and the slip not against it [m]."""
+    size = _size(q)
+    within = size < held * (1 - _AT_BOUND)
+    creep = float(_size(slip[:, within]).max(initial=0.0))
+    rubbed = ~within & (held > 0)
+    # friction drives the skin along with the body, so the skin lags: its slip is against the drag
+    slid = slip[:, rubbed]
+    along = q[:, rubbed] / np.maximum(size[rubbed], 1e-300)
+    lag = (slid * along).sum(axis=0)
+    if within.any():
+        wrong = float(_size(slid - np.minimum(lag, 0.0) * along).max(initial=0.0))
+    else:  # the slide is as long as one likes, and across it the skin slips by the less the longer
+        wrong = float(np.maximum(lag, 0.0).max(initial=0.0))
+    return float(np.maximum(size - held, 0.0).max(initial=0.0)), creep, wrong
+
+
+def _drag_error(case: Case, state: Balance, force: float, width: float, slides: bool) -> float:
+    """What is missing of the drag, in shares of the force; of one that friction does not hold, of what it holds."""
+    load, error, most = case.load, 0.0, float(case.load.friction or 0.0) * force
+    if slides and load.torsion is not None:
+        return 0.0
+    if load.tangential is not None:
+        size = float(_size(load.tangential))
+        wanted = load.tangential * (most / size if size > most else 1.0)
+        total = state.shear.reshape(len(wanted), -1).sum(axis=1) * case.cell
+        error = float(_size(total - wanted)) / force if force else 0.0
+    if load.torsion is not None and force:
+        error = max(error, abs(case.turning(state.shear) - load.torsion) / (force * width))
+    return error
+
+
+def _plain_sums(case: Case, state: Balance, moved: Displaced) -> float:
     """Displacements at a few nodes, term by term, less those by transforms [m]."""
-    at = np.unique(np.linspace(0, op.count - 1, _SAMPLES).astype(np.intp))
     worst = 0.0
-    for a, fast in ((0, moved.normal), (1, moved.lateral)):
-        if a == 1 and not op.coupled and not state.shear.any():
-            continue
-        slow = op.direct(a, 0, state.pressure, at) + op.direct(a, 1, state.shear, at)
-        worst = max(worst, float(np.abs(slow - fast[at]).max()))
+    for shares in zip(_SAMPLES, reversed(_SAMPLES), strict=True):
+        at = tuple(int(share * count) for share, count in zip(shares, case.height.shape, strict=False))
+        slow = case.influence.direct(state.pressure, state.shear, at)
+        fast = np.array([moved.normal[at], *(part[at] for part in moved.lateral)])[: slow.size]
+        worst = max(worst, float(np.abs(slow - fast).max()))
     return worst

@@ -1,14 +1,17 @@
-"""How the surface answers tractions given at equally spaced nodes: an operator of FFTs, and direct sums.
+"""How the surface answers tractions given at equally spaced nodes: products by Fourier transforms, and direct sums.
 
-A traction is drawn by straight lines between the nodes, so it is a sum of hats, and the surface moves by the sum of
-the skin's answers to each. On a line that sum is a product with a Toeplitz matrix; made circulant by zeros beyond the
-window, or circulant by itself where everything repeats, it is a product of spectra.
+A traction is drawn by straight lines between the nodes, on an area bilinear, so it is a sum of hats, and the surface
+moves by the sum of the skin's answers to each: a product with a Toeplitz matrix (of blocks on an area). Made circulant
+by zeros beyond the window, or circulant by itself where everything repeats, it is a product of spectra.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -17,158 +20,373 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..skin import Skin
+from ._area_kernel import scaled, turned
 
-__all__ = ["Influence", "exact_rows", "influence"]
+__all__ = ["Influence", "influence", "inverted", "lateral_inverse", "spectrum"]
 
 _ALIASES = 60
 """Most multiples of the grid's own wavenumber summed one by one in a periodic row."""
 _STILL = 1e-6
 """Wavenumber times thickness at which a wave on a skin with a ground is as good as none: what is left is its square."""
 _DATUM_STEPS = 256
+_LEAST = 0.1
+"""A direction in which the drag's own circulant falls beneath this share of the other is lifted to it."""
+
+Maps = npt.NDArray[Any]
+Signs = tuple[int, ...]
+
+_SIGNS: dict[int, tuple[Signs, ...]] = {1: ((1,), (1,), (-1,)), 2: ((1, 1), (1, 1), (1, 1), (-1, -1), (-1, 1), (1, -1))}
+"""Whether rows are even or odd along each axis."""
 
 
 @dataclass(frozen=True, eq=False)
 class Influence(Frozen):
-    """Displacement at nodes by hats at nodes: `rows[a, b, j]` at a distance of j steps towards +y [m/Pa].
+    """Displacement at nodes by hats at nodes: `rows` at distances of whole steps [m/Pa], on a row or on an area.
 
-    The first index is of the displacement, u_x or u_y, the second of the traction, pressure or shear. Rows of unlike
-    indices are odd in j. A periodic row runs once round the period.
+    On a row, shape (3, n), they are u_x by pressure, u_y by shear, u_x by shear. On an area they are those of
+    `Skin.area_influence`, shape (1 or 6, n, k). A periodic row runs once round the period.
     """
 
     rows: FloatArray
-    periodic: bool
+    periodic: bool = False
 
     @property
-    def count(self) -> int:
-        """Number of nodes."""
-        return int(self.rows.shape[-1])
+    def shape(self) -> tuple[int, ...]:
+        """Number of nodes along each axis."""
+        return self.rows.shape[1:]
+
+    @property
+    def signs(self) -> tuple[Signs, ...]:
+        """Whether each of the rows is even or odd along each axis."""
+        return _SIGNS[len(self.shape)][: len(self.rows)]
+
+    @property
+    def drags(self) -> bool:
+        """Whether it is known what a drag does."""
+        return len(self.rows) > 1
+
+    @property
+    def own(self) -> float:
+        """What a node's own pressure moves it beyond its neighbours [m/Pa]."""
+        return float(self.rows[0].flat[0] - self.rows[0].flat[1])
+
+    @property
+    def own_lateral(self) -> float:
+        """The same along the surface."""
+        return float(self.rows[1].flat[0] - self.rows[1].flat[1])
 
     @cached_property
     def coupled(self) -> bool:
-        """Whether a pressure also moves the surface along itself."""
-        return bool(np.abs(self.rows[0, 1]).max() > 1e-13 * np.abs(self.rows[0, 0]).max())
+        """Whether a pressure also moves the surface along itself: by the last rows, one for each axis."""
+        d = len(self.shape)
+        return bool(self.drags and np.abs(self.rows[-d:]).max() > 1e-13 * np.abs(self.rows[0]).max())
 
     @property
     def longest(self) -> float:
-        """Displacement per pressure of the longest wave that fits [m/Pa]."""
-        return float(np.abs(self._spectra[0][0][1]))
+        """Displacement per pressure of the longest wave that fits on a row [m/Pa]."""
+        return float(np.abs(self._spectra[0][1]))
+
+    @cached_property
+    def _padded(self) -> tuple[int, ...]:
+        return self.shape if self.periodic else _quick([2 * count - 1 for count in self.shape])
+
+    @cached_property
+    def _tiled(self) -> tuple[int, ...]:
+        return self.shape if self.periodic else _quick(self.shape)
+
+    @cached_property
+    def _spectra(self) -> list[FloatArray]:
+        """Of every row; of those that are odd one way, the imaginary part."""
+        return [spectrum(row, self._padded, signs) for row, signs in zip(self.rows, self.signs, strict=True)]
+
+    @cached_property
+    def _single(self) -> list[npt.NDArray[np.float32]]:
+        return [spectrum.astype(np.float32) for spectrum in self._spectra]
+
+    def _of(self, values: Maps) -> list[Any]:
+        """The spectra, in the precision of `values`."""
+        return self._single if values.dtype == np.float32 else self._spectra
+
+    def _waves(self, values: Maps) -> Maps:
+        """Transform of maps with zeros beyond the grid, in their own precision: no row of zeros is done."""
+        from scipy.fft import fft, rfft
+
+        waves = rfft(values, self._padded[-1])
+        if len(self.shape) > 1:
+            waves = fft(waves, self._padded[0], axis=-2, overwrite_x=True)
+        return np.asarray(waves)
+
+    def _map(self, waves: Maps) -> Maps:
+        """The way back, on the grid's rows alone, with more columns than the grid has. `waves` is overwritten."""
+        from scipy.fft import ifft, irfft
+
+        if len(self.shape) > 1:
+            waves = ifft(waves, axis=-2, overwrite_x=True)[..., : self.shape[0], :]
+        return np.asarray(irfft(waves, self._padded[-1], overwrite_x=True))
+
+    def _cut(self, wide: Maps) -> Maps:
+        return wide[..., : self.shape[-1]]
+
+    def normal(self, pressure: Maps) -> Maps:
+        """u_x at every node under a pressure [m], in single precision if that is given so."""
+        return self._cut(self.normal_wide(pressure))
+
+    def normal_wide(self, pressure: Maps) -> Maps:
+        """The same with more columns, which mean nothing: what is cut off is no longer in one piece."""
+        return self._map(_scaled(self._waves(pressure), self._of(pressure)[0]))
+
+    def lateral(self, shear: Maps) -> Maps:
+        """U along each axis under a drag, both of shape (d, ...), in single precision if that is given so."""
+        return self._cut(self.lateral_wide(shear))
+
+    def lateral_wide(self, shear: Maps) -> Maps:
+        """The same with more columns, as of `normal_wide`."""
+        return self._map(_turned(self._waves(shear), self._of(shear)[1 : 4 if len(shear) > 1 else 2]))
+
+    def lifted(self, shear: FloatArray) -> FloatArray:
+        """u_x under a drag."""
+        if not self.coupled or not shear.any():
+            return np.zeros(self.shape)
+        waves = self._waves(shear) * self._coupling
+        return self._cut(self._map(waves[0] if len(waves) == 1 else waves[0] + waves[1]))
+
+    def dragged(self, pressure: FloatArray) -> FloatArray:
+        """U along each axis under a pressure."""
+        if not self.coupled:
+            return np.zeros((len(self.shape), *self.shape))
+        return np.negative(self._cut(self._map(self._waves(pressure) * self._coupling)))
+
+    @cached_property
+    def _coupling(self) -> npt.NDArray[np.complex128]:
+        """Of the rows by which pressure and drag move each other's surface, whose spectra are imaginary."""
+        return 1j * np.stack(self._spectra[-len(self.shape) :])
+
+    def nearly_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """What pressure nearly makes a displacement: that of a grid which repeats. It may be larger than the grid."""
+        return self._repeated(residual, lambda waves: _scaled(waves, self._inverse))
+
+    def nearly_lateral_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """As `nearly_wide`, of drags (2, n, k)."""
+        return self._repeated(residual, lambda waves: _turned(waves, self._lateral_inverse))
+
+    def _repeated(self, residual: npt.NDArray[np.float32], times: Any) -> npt.NDArray[np.float32]:
+        from scipy.fft import irfft2, rfft2
+
+        return np.asarray(irfft2(times(rfft2(residual, self._tiled)), self._tiled, overwrite_x=True))
+
+    @cached_property
+    def _inverse(self) -> npt.NDArray[np.float32]:
+        return inverted(spectrum(self.rows[0], self._tiled, self.signs[0])).astype(np.float32)
+
+    @cached_property
+    def _lateral_inverse(self) -> npt.NDArray[np.float32]:
+        return lateral_inverse(*(spectrum(self.rows[i], self._tiled, self.signs[i]) for i in (1, 2, 3)))
+
+    @cached_property
+    def circulants(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """On a row, of the pressure and of the drag: spectra of the operator, and of one that nearly undoes it."""
+        near = [inverted(spectrum(row, self._tiled, (1,))) for row in self.rows[:2]]
+        return tuple(zip(self._spectra, near, strict=False))
+
+    @cached_property
+    def typical(self) -> float:
+        """What nearly makes a node's own unit displacement along the surface, at that node [Pa/m]."""
+        unit = np.zeros((2, *self.shape), dtype=np.float32)
+        unit[0, 0, 0] = 1.0
+        return float(self.nearly_lateral_wide(unit)[0, 0, 0])
 
     @property
-    def size(self) -> int:
-        """Length of the transforms, a power of two."""
-        return self.count if self.periodic else _power(2 * self.count - 1)
+    def by(self) -> int:
+        """Nodes of this grid to a node of a coarser one, along each axis."""
+        return 4 if len(self.shape) == 1 else 2
 
     @cached_property
-    def _spectra(self) -> list[list[npt.NDArray[Any]]]:
-        from scipy.fft import rfft
-
-        out: list[list[npt.NDArray[Any]]] = [[], []]
-        for a in (0, 1):
-            for b in (0, 1):
-                row = self.rows[a, b]
-                if not self.periodic:
-                    wrapped = np.zeros(self.size)
-                    wrapped[: self.count] = row
-                    wrapped[self.size - self.count + 1 :] = (1 if a == b else -1) * row[:0:-1]
-                    row = wrapped
-                spectrum = rfft(row)
-                # even rows have real spectra, odd ones imaginary; what is left of the other part is rounding
-                out[a].append(np.ascontiguousarray(spectrum.real) if a == b else 1j * spectrum.imag)
-        return out
-
-    def apply(self, a: int, b: int, traction: FloatArray) -> FloatArray:
-        """Displacement `a` at every node by the traction `b`."""
-        from scipy.fft import irfft, rfft
-
-        if (a != b and not self.coupled) or not traction.any():
-            return np.zeros(self.count)
-        spectrum = rfft(traction, self.size) * self._spectra[a][b]
-        return np.asarray(irfft(spectrum, self.size, overwrite_x=True))[: self.count]
-
-    def forward(self, a: int) -> tuple[FloatArray, FloatArray]:
-        """Spectrum of [a, a], and the table of its transform."""
-        return self._spectra[a][a], _table(self.size)
-
-    def backward(self, a: int) -> tuple[FloatArray, FloatArray]:
-        """Spectrum of a circulant that nearly undoes [a, a], of half the length, and the table of its transform."""
-        size = self.size if self.periodic else _power(self.count)
-        return self._inverses[a], _table(size)
-
-    @cached_property
-    def _inverses(self) -> list[FloatArray]:
-        from scipy.fft import rfft
-
-        size = self.size if self.periodic else _power(self.count)
-        away = np.minimum(np.arange(size), size - np.arange(size))
-        out = []
-        for a in (0, 1):
-            values = rfft(self.rows[a, a][away]).real
-            values[0] = values[1]
-            # all are positive where the row falls ever more slowly; elsewhere the few that are not are lifted
-            out.append(1 / np.maximum(values, 0.2 * np.abs(values).min(initial=np.inf, where=values > 0)))
-        return out
-
-    @cached_property
-    def _coarser(self) -> dict[int, Influence]:
-        return {}
-
-    def coarser(self, by: int) -> Influence:
+    def coarser(self) -> Influence:
         """The same for every `by`-th node: a wide hat is a sum of narrow ones.
 
-        Near the end of a row that does not repeat the sum runs over what is not known, and leaves it out: a coarse
+        Near the end of a row that does not repeat the sum runs over what is not known, and repeats the last: a coarse
         answer is only ever a start.
         """
-        if by in self._coarser:
-            return self._coarser[by]
-        shares = 1 - np.abs(np.arange(1 - by, by)) / by
-        length = self.count
-        rows = np.zeros((2, 2, -(-length // by)))
-        for a in (0, 1):
-            for b in (0, 1):
-                row = self.rows[a, b]
-                if self.periodic:
-                    wide = np.concatenate([row[length - by + 1 :], row, row[: by - 1]])
-                else:
-                    wide = np.concatenate([(1 if a == b else -1) * row[by - 1 : 0 : -1], row, np.full(by, row[-1])])
-                rows[a, b] = np.convolve(wide, shares, mode="valid")[:length:by]
-        return self._coarser.setdefault(by, Influence(rows, self.periodic))
+        rows = [self._thinned(row, signs) for row, signs in zip(self.rows, self.signs, strict=True)]
+        return Influence(np.ascontiguousarray(rows), self.periodic)
 
-    def direct(self, a: int, b: int, traction: FloatArray, at: npt.NDArray[np.intp]) -> FloatArray:
-        """Displacement `a` at the nodes `at` by the traction `b`, summed term by term."""
-        n, row = self.count, self.rows[a, b]
-        if not traction.any():
-            return np.zeros(at.size)
-        before = row[1:] if self.periodic else (1 if a == b else -1) * row[:0:-1]
-        both = np.concatenate([before, row])  # distances 1 - n ... n - 1
-        return np.array([both[i : i + n][::-1] @ traction for i in at])
+    def _thinned(self, row: FloatArray, signs: Signs) -> FloatArray:
+        shares = 1 - np.abs(np.arange(1 - self.by, self.by)) / self.by
+        for axis, sign in enumerate(signs):
+            row = np.moveaxis(row, axis, -1)
+            count, more = row.shape[-1], self.by - 1
+            before = row[..., count - more :] if self.periodic else sign * row[..., more:0:-1]
+            after = row[..., :more] if self.periodic else np.repeat(row[..., -1:], more, axis=-1)
+            wide = np.concatenate([before, row, after], axis=-1)
+            parts = [share * wide[..., i : i + count : self.by] for i, share in enumerate(shares)]
+            row = np.moveaxis(np.sum(parts, axis=0), -1, axis)
+        return row
+
+    @cached_property
+    def _cropped(self) -> dict[tuple[int, ...], Influence]:
+        return {}
+
+    @cached_property
+    def quarters(self) -> dict[tuple[bool, bool], Any]:
+        """Operators on a quarter of the grid, by parity (quarter.py)."""
+        return {}
+
+    def cropped(self, shape: tuple[int, int]) -> Influence:
+        """The same on a part of the grid."""
+        if shape == self.shape:
+            return self
+        if shape not in self._cropped:
+            self._cropped[shape] = Influence(np.ascontiguousarray(self.rows[:, : shape[0], : shape[1]]))
+        return self._cropped[shape]
+
+    def direct(self, pressure: FloatArray, shear: FloatArray, at: tuple[int, ...]) -> FloatArray:
+        """u_x at a node and, where drags are known, u along each axis, summed term by term."""
+        out = np.zeros(1 + self.drags * len(shear))
+        out[0] = self._summed(0, pressure, at)
+        if not self.drags:
+            return out
+        rubs = [(i, q) for i, q in enumerate(shear) if q.any()]
+        first = len(self.rows) - len(shear)  # of the rows by which pressure and drag move each other's surface
+        for i, q in rubs:
+            out[1 + i] += self._summed(1 + i, q, at)
+            if len(shear) > 1:
+                out[2 - i] += self._summed(3, q, at)
+        if self.coupled:
+            out[0] += sum(self._summed(first + i, q, at) for i, q in rubs)
+            # what a pressure moves along the surface is minus what a drag along there lifts
+            out[1:] -= [self._summed(i, pressure, at) for i in range(first, len(self.rows))]
+        return out
+
+    def _summed(self, i: int, traction: FloatArray, at: tuple[int, ...]) -> float:
+        row, total, every = self.rows[i], 0.0, list(range(traction.ndim))
+        for parts in product(*map(_halves, row.shape, at, self.signs[i])):
+            near, along, turns = zip(*parts, strict=True)
+            total += prod(turns) * float(np.einsum(row[near], every, traction[along], every, []))
+        return total
 
 
-def exact_rows(skin: Skin, step: float, count: int, periodic: bool, datum: float | None) -> FloatArray:
-    """Rows of influence coefficients, shape (2, 2, count) [m/Pa].
-
-    A skin without a ground moves by a constant that is not known: it is such that the surface rests at the distance
-    `datum`, or at the window's end where there is none. Either way all is positive definite.
-    """
-    if periodic:
-        rows = _periodic_rows(skin, step, count)
-        if skin.grounded:
-            # what the waves leave out: an even traction, of which a hat is one count-th
-            still = skin.surface_compliance(_STILL / skin.thickness)
-            rows += np.where(np.eye(2, dtype=bool), still, 0.0)[:, :, None] / count
+def _scaled(waves: Maps, by: Maps) -> Maps:
+    """A spectrum times a real one, in place."""
+    if waves.ndim == 1:
+        waves *= by
     else:
-        rows = np.array(skin.surface_influence(step, count))
-        if not skin.grounded:
-            rest = rows[:, :, -1]
-            if datum is not None:
-                wide = datum / _DATUM_STEPS  # so far away, a hat of this width is a line
-                rest = skin.surface_influence(wide, _DATUM_STEPS + 1)[:, :, -1] * (step / wide)
-            rows -= np.where(np.eye(2, dtype=bool), rest, 0.0)[:, :, None]
+        scaled(waves.view(by.dtype), by)
+    return waves
+
+
+def _turned(waves: Maps, by: Any) -> Maps:
+    """Spectra of a drag's components times a symmetric matrix of real ones, in place."""
+    if len(waves) == 1:
+        waves *= by[0]
+    else:
+        turned(waves.view(by[0].dtype), *by)
+    return waves
+
+
+def spectrum(row: FloatArray, size: tuple[int, ...], signs: Signs) -> FloatArray:
+    """Real spectrum of a row put round a torus; of a row that is odd one way the imaginary part."""
+    from scipy.fft import rfftn
+
+    places, shares = [], []
+    for count, length, sign in zip(row.shape, size, signs, strict=True):
+        j = np.arange(length)
+        away = np.minimum(j, length - j)
+        share = np.where(j <= length - j, 1.0, sign) * (away < count)
+        if sign < 0:
+            share[(2 * j) % length == 0] = 0.0
+        places.append(np.minimum(away, count - 1))
+        shares.append(share)
+    values = row[np.ix_(*places)]
+    for share in np.ix_(*shares):
+        values = values * share
+    waves = rfftn(values)
+    return np.ascontiguousarray(waves.real if np.prod(signs) > 0 else waves.imag)
+
+
+def _halves(count: int, i: int, sign: int) -> Iterator[tuple[slice, slice, int]]:
+    """Parts of a row, of the nodes on either side of node i, and by what they are turned: odd rows have no middle."""
+    first = int(sign < 0)
+    yield slice(first, count - i), slice(i + first, count), sign
+    yield slice(1, i + 1), slice(i - 1, None, -1) if i else slice(0, 0), 1
+
+
+def inverted(values: FloatArray) -> FloatArray:
+    """What undoes a real spectrum, nearly. `values` is overwritten."""
+    _mean_mended(values)
+    # all are positive where the row falls ever more slowly; elsewhere the few that are not are lifted
+    return np.asarray(1 / np.maximum(values, 0.2 * np.abs(values).min(initial=np.inf, where=values > 0)))
+
+
+def _mean_mended(values: FloatArray) -> None:
+    """The mean is poorly known, and mended by the sums: as the longest wave."""
+    values.flat[0] = values[1] if values.ndim == 1 else min(values[0, 1], values[1, 0])
+
+
+def lateral_inverse(yy: FloatArray, zz: FloatArray, yz: FloatArray) -> npt.NDArray[np.float32]:
+    """What undoes the symmetric matrix of three real spectra, nearly. They are overwritten."""
+    for part in (yy, zz):
+        _mean_mended(part)
+    mean, half = 0.5 * (yy + zz), 0.5 * (yy - zz)
+    size = np.hypot(half, yz)
+    least = np.abs(mean).min(initial=np.inf, where=mean > 0)
+    mean = np.maximum(mean, least)
+    keep = np.minimum(1.0, (1 - _LEAST) * mean / np.maximum(size, 1e-300))
+    half, yz, size = half * keep, yz * keep, size * keep
+    det = (mean - size) * (mean + size)
+    return np.stack([(mean - half) / det, (mean + half) / det, -yz / det]).astype(np.float32)
+
+
+def _quick(least: Any) -> tuple[int, ...]:
+    """Lengths that are quick to transform and not less: of a row the powers of two, by which its own loop goes."""
+    from scipy.fft import next_fast_len
+
+    if len(least) == 1:
+        return (1 << max(least[0] - 1, 7).bit_length(),)
+    return tuple(next_fast_len(length, True) for length in least)
+
+
+@lru_cache(maxsize=32)
+def influence(
+    skin: Skin,
+    step: float,
+    shape: tuple[int, ...],
+    drag: bool = True,
+    periodic: bool = False,
+    datum: float | None = None,
+) -> Influence:
+    """The operator of a skin on a grid, kept for the next call; what a `drag` does is always known on a row.
+
+    A skin without a ground moves by a constant that is not known: along a row it is such that the surface rests at the
+    distance `datum`, or at the window's end where there is none. Either way all is positive definite.
+    """
+    if len(shape) == 2:
+        rows = np.ascontiguousarray(skin.area_influence(step, shape, drag))
+    else:
+        (count,) = shape
+        every = _periodic(skin, step, count) if periodic else _plain(skin, step, count, datum)
+        rows = every[[0, 1, 0], [0, 1, 1]]
     rows.flags.writeable = False
+    return Influence(rows, periodic)
+
+
+def _plain(skin: Skin, step: float, count: int, datum: float | None) -> FloatArray:
+    """Influence coefficients, shape (2, 2, count) [m/Pa]: displacement u_x or u_y by a pressure or a shear."""
+    rows = np.array(skin.surface_influence(step, count))
+    if not skin.grounded:
+        rest = rows[:, :, -1]
+        if datum is not None:
+            wide = datum / _DATUM_STEPS  # so far away, a hat of this width is a line
+            rest = skin.surface_influence(wide, _DATUM_STEPS + 1)[:, :, -1] * (step / wide)
+        rows -= _diagonal(rest)
     return rows
 
 
-def _periodic_rows(skin: Skin, step: float, count: int) -> FloatArray:
-    """The same where hats repeat every `count` nodes: a sum over the waves that fit, without the mean.
+def _diagonal(matrix: FloatArray) -> FloatArray:
+    return np.where(np.eye(2, dtype=bool), matrix, 0.0)[:, :, None]
+
+
+def _periodic(skin: Skin, step: float, count: int) -> FloatArray:
+    """The same where hats repeat every `count` nodes: a sum over the waves that fit, without a ground without the mean.
 
     On a grid a wave is known up to multiples of the grid's own wavenumber g. In the sum over those, each with the hat's
     spectrum, C(k) k soon is that of short waves; from there on it is a zeta function.
@@ -176,10 +394,14 @@ def _periodic_rows(skin: Skin, step: float, count: int) -> FloatArray:
     from scipy.fft import irfft
     from scipy.special import zeta
 
+    def compliance(k: float) -> FloatArray:
+        """C(k) k, which has a limit at short waves [1/Pa]."""
+        return np.asarray(skin.surface_compliance(k)) * k
+
     share = np.arange(1, count // 2 + 1) / count  # of the grid's own wavenumber
     grid = 2 * np.pi / step
-    order, limit = 0, _long_times_k(skin, grid * 1e4)
-    while order < _ALIASES and np.abs(_long_times_k(skin, grid * (order + 0.5)) - limit).max() > 1e-14 * limit[0, 0]:
+    order, limit = 0, compliance(grid * 1e4)
+    while order < _ALIASES and np.abs(compliance(grid * (order + 0.5)) - limit).max() > 1e-14 * limit[0, 0]:
         order = 2 * order + 1
     hat = (np.sin(np.pi * share) / np.pi) ** 2
     above, below = zeta(3, order + 1 + share), zeta(3, order + 1 - share)
@@ -190,30 +412,11 @@ def _periodic_rows(skin: Skin, step: float, count: int) -> FloatArray:
         values += c * np.where(np.eye(2, dtype=bool)[:, :, None], 1.0, np.sign(waves))
     values = values * (hat / grid)
     # a pressure cos makes u_y a sine, -i sgn(k); a shear makes u_x a cosine of a sine, +i sgn(k)
-    turned = values * np.array([[1, 1j], [-1j, 1]])[:, :, None]
+    waves = values * np.array([[1, 1j], [-1j, 1]])[:, :, None]
     if count % 2 == 0:
-        turned[0, 1, -1] = turned[1, 0, -1] = 0.0
-    return np.asarray(irfft(np.concatenate([np.zeros((2, 2, 1)), turned], axis=2), count))
-
-
-def _long_times_k(skin: Skin, k: float) -> FloatArray:
-    """C(k) k, which has a limit at short waves [1/Pa]."""
-    return np.asarray(skin.surface_compliance(k)) * k
-
-
-def _power(length: int) -> int:
-    """The power of two that is not less."""
-    return 1 << max(length - 1, 7).bit_length()
-
-
-@lru_cache(maxsize=16)
-def _table(size: int) -> FloatArray:
-    """exp(-2 pi i j / size), real and imaginary part, shape (2, size)."""
-    wave = np.exp(-2j * np.pi * np.arange(size) / size)
-    return np.array([wave.real, wave.imag])
-
-
-@lru_cache(maxsize=16)
-def influence(skin: Skin, step: float, count: int, periodic: bool, datum: float | None = None) -> Influence:
-    """The operator of a skin on a grid, kept for the next call."""
-    return Influence(exact_rows(skin, step, count, periodic, datum), periodic)
+        waves[0, 1, -1] = waves[1, 0, -1] = 0.0
+    rows = irfft(np.concatenate([np.zeros((2, 2, 1)), waves], axis=2), count)
+    if skin.grounded:
+        # what the waves leave out: an even traction, of which a hat is one count-th
+        rows += _diagonal(skin.surface_compliance(_STILL / skin.thickness)) / count
+    return np.asarray(rows)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, overload
 
@@ -12,14 +11,12 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..skin import Skin
-from .area.press import press_area
-from .area.solution import LocalSolution
-from .body import LocalIndenter, pressing
+from .body import LocalIndenter
 from .certificate import certify, displaced
-from .equilibrium import Prescribed
 from .grid import Grid, continued, fresh
 from .indenter import Indenter
-from .solution import ContactSolution, PressStatus
+from .load import Load, asked, placed
+from .solution import ContactSolution, LocalSolution, PressStatus
 from .verdict import believable, judged
 
 __all__ = ["press"]
@@ -29,7 +26,6 @@ Pair: TypeAlias = Any
 
 _FARTHEST = 1e6
 """Positions beyond it [m] are no bodies', and take the digits of the grid."""
-_UNITS = {"force": "N/m", "depth": "m", "moment": "N", "tangential": "N/m", "slide": "m"}
 
 
 @overload
@@ -148,118 +144,78 @@ def press(  # type: ignore[misc]  # each takes the names that are listed
     (4,)
     """
     _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
-    if isinstance(indenter, LocalIndenter):
-        given = {"force": force, "depth": depth, "moment": moment, "tilt": tilt, "friction": friction}
-        given |= {"tangential": tangential, "slide": slide, "torsion": torsion, "twist": twist}
-        area = {"nodes": nodes, "window": window, "period": period, "datum": datum, "tolerance": tolerance}
-        return press_area(skin, indenter, given, position, area, after, max_strain)
-    _check.noun("indenter", indenter, Indenter, "Cylinder(radius=8e-3), Sphere(radius=8e-3), or a Profile")
-    for name, value in (("torsion", torsion), ("twist", twist)):
-        if value is not None:
-            raise InvalidValueError(f"{name} = {value}", "a long body does not turn about x", f"leave out {name}")
-    _check.pair(f"{type(indenter).__name__}.ends", indenter.ends, "return -np.inf, np.inf", "m")
-    load = _load(tilt, friction, force=force, depth=depth, moment=moment, tangential=tangential, slide=slide)
-    grid = Grid.checked(nodes, window, period, datum, 1e-9 if tolerance is None else tolerance)
-    return _press_long(skin, indenter, load, position, grid, after, max_strain)
-
-
-def _press_long(
-    skin: Skin, indenter: Indenter, load: Prescribed, position: float, grid: Grid, after: Any, max_strain: float | None
-) -> ContactSolution:
-    """`press`, in a plane."""
-    at = _check.scalar("position", position, unit="m", at_least=-_FARTHEST, at_most=_FARTHEST)
-    if abs(at) > 0.25 * skin.period:
-        seen = f"position = {at:.6g} m on a finger of {skin.period:.6g} m about"
+    if not isinstance(indenter, LocalIndenter):
+        _check.noun("indenter", indenter, Indenter, "Cylinder(radius=8e-3), Sphere(radius=8e-3), or a Profile")
+        _check.pair(f"{type(indenter).__name__}.ends", indenter.ends, "return -np.inf, np.inf", "m")
+    kind: Any = LocalSolution if isinstance(indenter, LocalIndenter) else ContactSolution
+    axes = 2 if kind is LocalSolution else 1
+    load = asked(
+        axes, force=force, depth=depth, moment=moment, tilt=tilt, tangential=tangential, slide=slide, torsion=torsion,
+        twist=twist, friction=friction,
+    )  # fmt: skip
+    asked_of = Grid.checked(axes, nodes, window, period, datum, tolerance)
+    centred = np.ndim(position) == 0 and position == 0  # what is left out
+    at = np.zeros(axes) if centred else placed("position", position, "m", axes, at_least=-_FARTHEST, at_most=_FARTHEST)
+    if abs(at[0]) > 0.25 * skin.period:
+        seen = f"position = {at[0]:.6g} m on a finger of {skin.period:.6g} m about"
         rule = "a body comes from above, and reaches the quarter on either side of y = 0"
         raise GeometryError(seen, rule, "turn the finger: put its sensors, not the body, elsewhere")
-    gap = _Gap(skin, indenter, at)
-    if after is not None and isinstance(after, ContactSolution) and after.shear.any() and load.friction is None:
-        rule, fix = "the shear of the state before needs something to hold it", f"friction={after.friction:g}"
-        raise InvalidValueError("no friction after a press with friction", rule, fix)
-    known = skin.grounded or grid.period is not None or grid.datum is not None
+    gap, here = _Gap(skin, indenter, float(at[0])), at if axes == 2 else float(at[0])
     if after is not None:
-        _same(after, skin, at, gap)
-        known = known or after.case.influence.periodic or after.case.datum is not None
-    if not known and (load.depth is not None or load.slide is not None):
-        given = "depth" if load.depth is not None else "slide"
+        _same(after, kind, skin, here, gap, load)
+    known = axes == 2 or skin.grounded or asked_of.period is not None or asked_of.datum is not None
+    if not (known or (after is not None and after.known)) and (load.depth is not None or load.slide is not None):
+        name, far = ("slide", load.slide) if load.depth is None else ("depth", load.depth)
         raise InvalidValueError(
-            f"{given} = {load.depth if load.depth is not None else load.slide:.6g} m on a {type(skin).__name__}",
+            f"{name} = {np.ravel(np.asarray(far))[0]:.6g} m on a {type(skin).__name__}",
             "this skin has no ground, so its surface moves by a constant that is not known",
             "datum=, the distance at which the surface is taken to rest; or press by force",
         )
     if after is not None:
-        case, state = continued(after.case, after.state, after.lateral, grid, load, indenter)
+        case, state = continued(after.case, after.state, after.lateral, asked_of, load, indenter)
     else:
-        case, state = fresh(skin, indenter, gap, load, grid)
-    moved = displaced(case.influence, case, state, case.height, case.shift)
-    fields = (_check.read_only(values) for values in (moved.gap, moved.slip, moved.lateral))
-    depth = state.depth if known else np.nan
-    slide = state.slide if known and load.friction is not None else np.nan
+        case, state = fresh(skin, indenter, gap, load, asked_of)
+    moved = displaced(case, state)
     certificate = certify(case, state, moved)
-    pressed = ContactSolution(skin, indenter, at, PressStatus.OK, "", certificate, depth, slide, case, state, *fields)
+    slip = _check.read_only(moved.slip[0] if axes == 1 else np.moveaxis(moved.slip, 0, -1))
+    fields = case, state, _check.read_only(moved.gap), slip, _check.read_only(moved.lateral)
+    pressed = kind(skin, indenter, here, PressStatus.OK, "", certificate, *fields)
     if max_strain is not None:
         believable(pressed, _check.scalar("max_strain", max_strain, above=0.0, finite=False))
-    drag = pressed.shear[pressed.pressure > 0]
-    one_way = bool((drag > 0).all() or (drag < 0).all())
-    slips = one_way and not pressed.stick.size
-    status, reason = judged(certificate, case.tolerance, drag.size, slips, load.friction)
-    return replace(pressed, status=status, reason=reason)
+    drag = state.shear.reshape(axes, -1).compress((state.pressure > 0).ravel(), axis=1)
+    one_way = axes == 2 or (drag > 0).all() or (drag < 0).all()
+    slips = bool(drag.any() and one_way and not pressed.stick.any())
+    status, reason = judged(certificate, case.tolerance, drag.shape[1], slips, load.friction)
+    return replace(pressed, status=status, reason=reason)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
 class _Gap:
-    """The gap of the undeformed bodies, y from the indenter's centre."""
+    """The gap of the undeformed bodies, from the indenter's centre; on a row with what the skin itself drops."""
 
     skin: Skin
-    indenter: Indenter
+    indenter: Any
     at: float
 
-    def __call__(self, y: FloatArray) -> FloatArray:
-        own = _check.returned(f"{type(self.indenter).__name__}.height", self.indenter.height(y), y.shape, exactly=True)
-        return np.asarray(own + self.skin.surface_drop(y + self.at))
+    def __call__(self, *places: FloatArray) -> FloatArray:
+        shape = np.broadcast_shapes(*map(np.shape, places))
+        said, own = f"{type(self.indenter).__name__}.height", self.indenter.height(*places)
+        found: FloatArray = _check.returned(said, own, shape, exactly=True)
+        return np.asarray(found + self.skin.surface_drop(places[0] + self.at)) if len(places) == 1 else found
 
 
-def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArray], FloatArray]) -> None:
-    if not isinstance(after, ContactSolution):
-        raise InvalidValueError(
-            f"after = {repr(after)[:60]}", "what an earlier press returned is needed", "after=press(...)"
-        )
-    case = after.case
-    if after.skin != skin or after.position != at or not np.array_equal(gap(case.y), case.height):
+def _same(after: Any, kind: Any, skin: Skin, at: Pair, gap: _Gap, load: Load) -> None:
+    """Refuse a state before that is not one of this contact."""
+    area = kind is LocalSolution
+    if not isinstance(after, kind):
+        rule = f"what an earlier press{' on an area' * area} returned is needed"
+        raise InvalidValueError(f"after = {repr(after)[:60]}", rule, "after=press(...)")
+    height = gap(*after.case.places)
+    if after.skin != skin or not np.array_equal(after.position, at) or not np.array_equal(height, after.case.height):
         seen, rule = "after= of another skin, indenter or position", "the history of friction is that of one contact"
         raise GeometryError(seen, rule, "press the same bodies at the same position")
-
-
-def _load(tilt: float | None, friction: float | None, **given: float | None) -> Prescribed:
-    """What is prescribed, checked."""
-    if (given["force"] is None) == (given["depth"] is None):
-        raise InvalidValueError(
-            f"force = {given['force']}, depth = {given['depth']}",
-            "one of the two has to be given",
-            "force=40.0, or depth=0.1e-3",
-        )
-    turned = 0.0 if tilt is None else _check.scalar("tilt", tilt, unit="rad")
-    grip = None if friction is None else _check.scalar("friction", friction, at_least=0.0, finite=False)
-    asked = {**given, "tilt": turned or None}
-    for one, other in (("moment", "tilt"), ("tangential", "slide")):
-        if asked[one] is not None and asked[other] is not None:
-            seen = f"{one} = {asked[one]}, {other} = {asked[other]}"
-            raise InvalidValueError(seen, "one of the two can be given", "leave out one of them")
-    values = {}
-    for name, value in given.items():
-        values[name] = None if value is None else _check.scalar(name, value, unit=_UNITS[name])
-        if name in ("force", "depth"):
-            pressing(name, values[name], _UNITS[name])
-    if grip is None:
-        for name in ("tangential", "slide"):
-            if values[name]:
-                seen = f"{name} = {values[name]:.6g}"
-                raise InvalidValueError(seen, "nothing is dragged without friction", "give friction=, e.g. 0.5")
-        values["tangential"] = values["slide"] = None
-        return Prescribed(**values, tilt=turned, friction=None)
-    if grip == 0 and values["tangential"]:
-        seen = f"tangential = {values['tangential']:.6g} N/m at friction = 0"
-        raise InvalidValueError(seen, "nothing holds that drag", "friction > 0")
-    if values["tangential"] is None and values["slide"] is None:
-        values["tangential"] = 0.0
-    return Prescribed(**values, tilt=turned, friction=grip)
+    rule = "the shear of the state before needs something to hold it"
+    if area and (load.friction is None) != (after.friction is None):
+        raise InvalidValueError("friction in one of two presses only", rule, "friction= for each step of a history")
+    if load.friction is None and after.shear.any():
+        raise InvalidValueError("no friction after a press with friction", rule, f"friction={after.friction:g}")

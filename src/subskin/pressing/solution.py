@@ -6,21 +6,25 @@ import dataclasses
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
+from typing import Any, Generic, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
-from ..contact import PressureProfile
+from ..contact import PressureGrid, PressureProfile
 from ..skin import Skin
+from .body import LocalIndenter
+from .case import Balance, BoolArray, Case
 from .certificate import Certificate, certify, displaced
-from .equilibrium import Balance, Case
 from .indenter import Indenter
 from .influence import influence
 
-__all__ = ["ContactSolution", "PressStatus"]
+__all__ = ["ContactSolution", "LocalSolution", "PressStatus", "Solution"]
+
+_AT_BOUND = 1e-9
+Of = TypeVar("Of", float, FloatArray)
 
 
 class PressStatus(IntEnum):
@@ -37,29 +41,87 @@ class PressStatus(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ContactSolution(Frozen):
-    """A skin pressed by an indenter, as `press` found it.
+class Solution(Frozen, Generic[Of]):
+    """A skin pressed by a body, as `press` found it.
 
     `skin`, `indenter` and `position` [m] are those of `press`; `status` and `reason` say what to make of the answer,
-    and `certificate` how far it is from every rule of contact. `depth` and `slide` [m] are how far the indenter has
-    gone in, and along the surface; NaN where the skin has no ground and no `datum` is given. At the nodes, shape (n,):
-    `gap`, the distance left between the bodies [m], infinite where there is no body, and `slip`, how far the skin has
-    slipped along the indenter since the start or the state before [m]. `case`, `state` and `lateral` are the solver's.
+    and `certificate` how far it is from every rule of contact. At the nodes: `gap`, the distance left between the
+    bodies [m], infinite where there is no body, and `slip`, how far the skin has slipped along the body since the start
+    or the state before [m]. `case`, `state` and `lateral` are the solver's. What has a direction along the surface is
+    one number of a long body, and two along (y, z) on an area.
     """
 
     skin: Skin
-    indenter: Indenter
-    position: float
+    indenter: Any
+    position: Of
     status: PressStatus
     reason: str
     certificate: Certificate
-    depth: float
-    slide: float
     case: Case
     state: Balance
     gap: FloatArray
     slip: FloatArray
     lateral: FloatArray
+
+    def _along(self, values: FloatArray) -> Of:
+        """Of a long body its number, of another all of them."""
+        raise NotImplementedError
+
+    @property
+    def y(self) -> FloatArray:
+        """Nodes along y [m], shape (n,)."""
+        return _check.read_only(self.case.y + np.ravel(self.position)[0])
+
+    @property
+    def pressure(self) -> FloatArray:
+        """Pressure at the nodes [Pa], shape (n,), on an area (n, k)."""
+        return self.state.pressure
+
+    @property
+    def force(self) -> float:
+        """Normal force [N/m], on an area [N]."""
+        return float(self.pressure.sum() * self.case.cell)
+
+    @property
+    def tangential(self) -> Of:
+        """Tangential force [N/m], on an area (Ty, Tz) [N]."""
+        q = self.state.shear
+        return self._along(q.reshape(len(q), -1).sum(axis=1) * self.case.cell)
+
+    @property
+    def moment(self) -> Of:
+        """Moment of the pressure about `position` [N], on an area those of y p and of z p [N m]."""
+        return self._along(self.case.arms(self.pressure))
+
+    @property
+    def tilt(self) -> Of:
+        """Rotation of the body [rad], positive where the side of +y (and of +z) goes in."""
+        return self._along(self.state.tilt)
+
+    @property
+    def friction(self) -> float | None:
+        """Coefficient of friction; None where there is none."""
+        return self.case.load.friction
+
+    @property
+    def known(self) -> bool:
+        """Whether the surface moves by what is known, and not but for a constant: there is a ground, or a datum."""
+        return self.skin.grounded or self.case.influence.periodic or self.case.datum is not None
+
+    @property
+    def depth(self) -> float:
+        """How far the body has gone in [m]; NaN where the skin has no ground and no `datum` is given."""
+        return self.state.depth if self.known else np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSolution(Solution[float]):
+    """A skin pressed by a long body, as `press` found it: nodes along y, shape (n,)."""
+
+    indenter: Indenter
+
+    def _along(self, values: FloatArray) -> float:
+        return float(values[0])
 
     def __repr__(self) -> str:
         where = f"half_width={1e3 * self.half_width:.4g} mm"
@@ -68,49 +130,19 @@ class ContactSolution(Frozen):
         return f"ContactSolution({self.status.name}, force={self.force:.4g} N/m, {where}: {self.reason})"
 
     @property
-    def y(self) -> FloatArray:
-        """Nodes [m], shape (n,)."""
-        return _check.read_only(self.case.y + self.position)
-
-    @property
-    def pressure(self) -> FloatArray:
-        """Pressure at the nodes [Pa], shape (n,)."""
-        return self.state.pressure
-
-    @property
     def shear(self) -> FloatArray:
         """Shear at the nodes [Pa], shape (n,)."""
-        return self.state.shear
+        return np.asarray(self.state.shear[0])
 
     @property
-    def force(self) -> float:
-        """Normal force [N/m]."""
-        return float(self.pressure.sum() * self.case.step)
-
-    @property
-    def tangential(self) -> float:
-        """Tangential force [N/m]."""
-        return float(self.shear.sum() * self.case.step)
-
-    @property
-    def moment(self) -> float:
-        """Moment of the pressure about `position` [N]."""
-        return float((self.pressure * self.case.y).sum() * self.case.step)
-
-    @property
-    def tilt(self) -> float:
-        """Rotation of the indenter [rad], positive where the side of +y goes in."""
-        return self.state.tilt
+    def slide(self) -> float:
+        """How far the body has gone along the surface [m]; NaN where that is not known, and without friction."""
+        return float(self.state.slide[0]) if self.known and self.friction is not None else np.nan
 
     @property
     def iterations(self) -> int:
         """Steps of conjugate gradients, on all grids."""
-        return self.state.steps
-
-    @property
-    def friction(self) -> float | None:
-        """Coefficient of friction; None where there is none."""
-        return self.case.load.friction
+        return sum(self.state.steps)
 
     @cached_property
     def contact(self) -> PressureProfile:
@@ -155,7 +187,7 @@ class ContactSolution(Frozen):
         if self.friction is None:
             return _check.read_only(np.zeros((0, 2)))
         half, y = 0.5 * self.case.step, self.y  # an end is half-way between nodes, or the contact's own
-        runs = [(y[a] - half, y[b] + half) for a, b in _runs(self.state.sticks & (self.pressure > 0))]
+        runs = [(y[a] - half, y[b] + half) for a, b in _runs(np.asarray(self.state.sticks) & (self.pressure > 0))]
         zones = np.array(runs, dtype=np.float64).reshape(-1, 2)
         return _check.read_only(np.clip(zones, self.edges[0, 0], self.edges[-1, 1]))
 
@@ -177,8 +209,8 @@ class ContactSolution(Frozen):
         case, n = self.case, self.case.y.size
         periodic = case.influence.periodic
         count = n * by if periodic else (n - 1) * by + 1
-        op = influence(self.skin, case.step / by, count, periodic, case.datum)
         positions = np.arange(count) / by
+        y = case.y[0] + positions * case.step
 
         def at(values: FloatArray) -> FloatArray:
             ends = np.append(values, values[0]) if periodic else values
@@ -186,18 +218,162 @@ class ContactSolution(Frozen):
 
         fine = dataclasses.replace(
             case,
-            influence=op,
+            influence=influence(self.skin, case.step / by, (count,), periodic=periodic, datum=case.datum),
             step=case.step / by,
-            y=case.y[0] + positions * case.step,
-            height=case.profile(case.y[0] + positions * case.step),
-            shift=at(case.shift),
+            axes=(y,),
+            height=case.gap(y),
+            shift=at(case.shift[0])[None],
         )
-        state = dataclasses.replace(self.state, pressure=at(self.pressure), shear=at(self.shear))
-        return certify(fine, state, displaced(op, fine, state, fine.height, fine.shift))
+        state = dataclasses.replace(self.state, pressure=at(self.pressure), shear=at(self.shear)[None])
+        return certify(fine, state, displaced(fine, state))
 
 
-def _runs(member: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+@dataclass(frozen=True, eq=False)
+class LocalSolution(Solution[FloatArray]):
+    """A skin pressed on an area by a body, as `press` found it: nodes along y and z, shape (n, k).
+
+    Displacements vanish far away, so that `depth` is always known. `slip` has the shape (n, k, 2).
+    """
+
+    indenter: LocalIndenter
+
+    def _along(self, values: FloatArray) -> FloatArray:
+        return _check.read_only(values)
+
+    def __repr__(self) -> str:
+        low, high = (1e3 * 2 * self.half_width).tolist()
+        where = f"contact {low:.4g} by {high:.4g} mm, depth={1e3 * self.depth:.4g} mm"
+        return f"LocalSolution({self.status.name}, force={self.force:.4g} N, {where}: {self.reason})"
+
+    @property
+    def z(self) -> FloatArray:
+        """Nodes along z [m], shape (k,)."""
+        return _check.read_only(self.case.z + self.position[1])
+
+    @property
+    def shear(self) -> FloatArray:
+        """Drag (q_y, q_z) at the nodes [Pa], shape (n, k, 2)."""
+        return np.moveaxis(self.state.shear, 0, -1)
+
+    @property
+    def known(self) -> bool:
+        """Yes: displacements vanish far away."""
+        return True
+
+    @property
+    def slide(self) -> FloatArray:
+        """How far it has gone along the surface, (y, z) [m]."""
+        return _check.read_only(self.state.slide)
+
+    @property
+    def twist(self) -> float:
+        """Turn about x, from y towards z [rad]."""
+        return self.state.twist
+
+    @property
+    def torsion(self) -> float:
+        """Moment of the drag about x at `position` [N m]."""
+        return self.case.turning(self.state.shear)
+
+    @property
+    def products(self) -> int:
+        """Padded products on the finest grid, those of a drag counted twice; the certificate takes one more."""
+        return self.state.steps[0] + 2 * self.state.steps[1]
+
+    @cached_property
+    def contact(self) -> PressureGrid:
+        """The tractions as a contact like any other: bilinear between the nodes that touch."""
+        boxed = []
+        for axis, nodes in ((1, self.y), (0, self.z)):
+            at = np.flatnonzero((self.pressure > 0).any(axis=axis))
+            first, last = int(at[0]) - 1, int(at[-1]) + 1
+            boxed.append((first, last, nodes[0] + self.case.step * np.arange(first, last + 1)))
+        (i0, i1, y), (j0, j1, z) = boxed
+        p, q = np.zeros((y.size, z.size)), np.zeros((y.size, z.size, 2))
+        inside = np.s_[i0 + 1 : i1, j0 + 1 : j1]
+        p[1:-1, 1:-1], q[1:-1, 1:-1] = self.pressure[inside], self.shear[inside]
+        return PressureGrid(y, z, p, q if self.friction is not None else None)
+
+    def thinned(self, nodes: int = 48) -> PressureGrid:
+        """The contact on fewer nodes, of the same resultants: a layered finger reads it the quicker.
+
+        Each node's traction goes to the four coarse nodes about it, by its distances. A field at a depth x errs by
+        about a sixth of the square of the coarse step over x.
+
+        Parameters
+        ----------
+        nodes : int, optional
+            Nodes along the longer side of the contact.
+        """
+        full = self.contact
+        count = _check.whole("nodes", nodes, at_least=4, at_most=4096)
+        longest = max(full.nodes_y.size, full.nodes_z.size)
+        wide = max(1.0, (longest - 1) / (count - 1)) * self.case.step
+        if wide <= self.case.step * (1 + 1e-9):
+            return full
+        axes, shares = [], []
+        for at in (full.nodes_y, full.nodes_z):
+            size = int(np.ceil((at[-1] - at[0]) / wide - 1e-9)) + 3  # a border of zeros
+            axes.append(0.5 * (at[0] + at[-1]) + wide * (np.arange(size) - 0.5 * (size - 1)))
+            away = np.abs(axes[-1][:, None] - at) / wide
+            shares.append(np.maximum(1 - away, 0.0) * (self.case.step / wide))
+        maps = [full.node_pressure, full.node_shear[..., 0], full.node_shear[..., 1]]
+        p, a, b = (shares[0] @ one @ shares[1].T for one in maps)
+        return PressureGrid(axes[0], axes[1], p, np.stack([a, b], axis=-1) if self.friction is not None else None)
+
+    @cached_property
+    def edges(self) -> FloatArray:
+        """Outermost positions that touch, [[low y, low z], [high y, high z]] [m], shape (2, 2)."""
+        p, body = self.pressure, np.isfinite(self.gap)
+        ends = [_ends(p, body, self.y), _ends(p.T, body.T, self.z)]
+        return _check.read_only(np.array(ends).T)
+
+    @property
+    def half_width(self) -> FloatArray:
+        """Half the distance between the outermost edges along y and along z [m], shape (2,)."""
+        return _check.read_only(0.5 * (self.edges[1] - self.edges[0]))
+
+    @property
+    def area(self) -> float:
+        """Area of the nodes that touch [m^2]."""
+        return float((self.pressure > 0).sum() * self.case.cell)
+
+    @cached_property
+    def stick(self) -> BoolArray:
+        """Nodes that touch and do not slip, shape (n, k); none without friction."""
+        if self.friction is None:
+            return np.zeros(self.pressure.shape, dtype=bool)
+        held = self.friction * self.pressure
+        sticks = (self.pressure > 0) & (np.hypot(*self.state.shear) < held * (1 - _AT_BOUND))
+        sticks.flags.writeable = False
+        return np.asarray(sticks)
+
+
+def _runs(member: BoolArray) -> list[tuple[int, int]]:
     """First and last index of every run of True."""
     padded = np.concatenate([[False], member, [False]]).astype(np.int8)
     starts, stops = np.flatnonzero(np.diff(padded) == 1), np.flatnonzero(np.diff(padded) == -1)
     return [(int(a), int(b) - 1) for a, b in zip(starts, stops, strict=True)]
+
+
+def _ends(pressure: FloatArray, body: BoolArray, nodes: FloatArray) -> tuple[float, float]:
+    """Outermost positions along the first axis: the square of the pressure falls to 0 in a straight line.
+
+    Where the body ends at the last node that touches, the contact does half a step beyond.
+    """
+    step, out = float(nodes[1] - nodes[0]), []
+    for side in (1, -1):
+        square, solid = pressure[::side] ** 2, body[::side]
+        first = int(np.argmax((square > 0).any(axis=1)))
+        best = 0.0
+        for i in (first, first + 1):  # that of the next row may reach farther
+            here, behind = square[i], square[min(i + 1, len(square) - 1)]
+            outer = (here > 0) & ~(square[i - 1] > 0 if i else False)
+            if not i or not solid[i - 1][outer].all():
+                best = max(best, 0.5 - (i - first))
+                continue
+            falls = outer & (behind > here)
+            share = (here[falls] / (behind - here)[falls]).max(initial=0.0)
+            best = max(best, min(float(share), 1.0) - (i - first))
+        out.append(float(nodes[::side][first] - side * best * step))
+    return out[0], out[1]

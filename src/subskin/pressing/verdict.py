@@ -12,9 +12,9 @@ from ..contact import PressureProfile
 from ..errors import InvalidValueError, SingularPointWarning
 from .certificate import Certificate
 from .indenter import Profile
-from .solution import ContactSolution, PressStatus
+from .solution import ContactSolution, LocalSolution, PressStatus
 
-__all__ = ["Judgement", "believable", "judged", "not_small"]
+__all__ = ["Judgement", "believable", "judged"]
 
 Judgement = tuple[PressStatus, str]
 
@@ -32,29 +32,30 @@ _PLACES = np.linspace(-1.0, 1.0, 7)
 _NODES = 32
 
 
-def believable(pressed: ContactSolution, limit: float) -> None:
-    """Raise where the strains are above the limit, warn where they are not small."""
-    strain, slope = _greatest_strain(pressed), _slope(pressed, pressed.case.height)
-    large = not_small(f"a force of {pressed.force:.6g} N/m", strain, slope, limit)
-    if isinstance(pressed.indenter, Profile) and _cut_short(pressed):
-        message = "the contact reaches the end of the profile, which is taken for a sharp end of the body"
-        _check.warn(message)
-    if large:
-        _check.warn(large)
-
-
-def not_small(seen: str, strain: float, slope: float, limit: float) -> str:
-    """Raise where the strain is above the limit; a warning's words where strain or slope are not small, or none."""
+def believable(pressed: ContactSolution | LocalSolution, limit: float) -> None:
+    """Raise where the strains are above the limit, warn where strains or slopes are not small."""
+    if isinstance(pressed, ContactSolution):
+        if isinstance(pressed.indenter, Profile) and _cut_short(pressed):
+            _check.warn("the contact reaches the end of the profile, which is taken for a sharp end of the body")
+        strain, span, unit = _greatest_strain(pressed), int((pressed.pressure > 0).sum()) // 16, "N/m"
+    else:
+        # the greatest displacement over the contact's width, or over the thickness of the skin: half of a / R beneath
+        # a sphere, whose greatest strain is 0.51 a / R at nu = 1/2
+        long = max(2 * float(pressed.half_width.max()), pressed.case.step)
+        short = max(pressed.area / long, pressed.case.step)
+        strain = pressed.certificate.scale / min(short, pressed.skin.thickness)
+        span, unit = int(short / pressed.case.step) // 16, "N"
     if strain > limit:
         raise InvalidValueError(
-            seen, f"the skin would be strained by {100 * strain:.0f} %, "
+            f"a force of {pressed.force:.6g} {unit}", f"the skin would be strained by {100 * strain:.0f} %, "
             f"and small strains (here up to {100 * limit:.0f} %) are what the theory is for",
             "press less, with a blunter body, or say max_strain=np.inf to see the linear answer anyway",
         )  # fmt: skip
+    slope = _slope(pressed, pressed.case.height, max(1, span))
     large = [f"strains up to {100 * strain:.0f} %"] if strain > _NOTABLE else []
     large += [f"slopes up to {slope:.2g}"] if slope > _STEEP else []
-    rule = "beneath this contact: the linear theory takes them for small"
-    return f"{' and '.join(large)} {rule}" if large else ""
+    if large:
+        _check.warn(f"{' and '.join(large)} beneath this contact: the linear theory takes them for small")
 
 
 def judged(certificate: Certificate, tolerance: float, touching: int, slips: bool, friction: float | None) -> Judgement:
@@ -115,18 +116,22 @@ def _greatest_strain(pressed: ContactSolution) -> float:
         strain = pressed.skin.strain(_thinned(pressed, low, high), depth[:, None], positions)
     mean, half = 0.5 * (strain.xx + strain.yy), 0.5 * (strain.xx - strain.yy)
     linear = float(np.nanmax(np.abs(mean) + np.hypot(half, strain.xy)))
-    turned = _slope(pressed, pressed.gap - np.where(np.isfinite(pressed.gap), pressed.case.height, 0.0))
+    span = max(1, int((pressed.pressure > 0).sum()) // 16)
+    turned = _slope(pressed, pressed.gap - np.where(np.isfinite(pressed.gap), pressed.case.height, 0.0), span)
     return max(linear, 0.5 * turned**2)
 
 
-def _slope(pressed: ContactSolution, height: FloatArray) -> float:
-    """Greatest slope of a line, such as that between the undeformed bodies, over a sixteenth of what touches."""
-    span = max(1, int((pressed.pressure > 0).sum()) // 16)
+def _slope(pressed: ContactSolution | LocalSolution, height: FloatArray, span: int) -> float:
+    """Greatest slope along an axis of what touches, such as that between the undeformed bodies, over `span` nodes."""
     known = np.where(np.isfinite(height), height, np.nan)  # a body may have ended
-    rises = np.abs(known[span:] - known[:-span])
-    touching = np.concatenate([[0], np.cumsum(pressed.pressure > 0)])
-    whole = touching[span + 1 :] - touching[: -span - 1] == span + 1
-    return float(rises.max(initial=0.0, where=whole & np.isfinite(rises))) / (span * pressed.case.step)
+    greatest = 0.0
+    for axis in range(known.ndim):
+        values, touch = (np.moveaxis(one, axis, 0) for one in (known, pressed.pressure > 0))
+        rises = np.abs(values[span:] - values[:-span])
+        touching = np.cumsum(np.pad(touch, [(1, 0), *[(0, 0)] * (touch.ndim - 1)]), axis=0)
+        whole = touching[span + 1 :] - touching[: -span - 1] == span + 1
+        greatest = max(greatest, float(rises.max(initial=0.0, where=whole & np.isfinite(rises))))
+    return greatest / (span * pressed.case.step)
 
 
 def _thinned(pressed: ContactSolution, low: float, high: float) -> PressureProfile:

@@ -1,7 +1,7 @@
-"""The solver's inner loops, compiled: products with circulants by FFT, and conjugate gradients between bounds.
+"""The inner loops on a row, compiled: products with circulants by FFT, and conjugate gradients between bounds.
 
 Python's own cost of a call would be most of the time at the sizes of a contact; so is the plain FFT here, which with
-nothing around it is as quick as a library's. bounded.py says what is solved, and how.
+nothing around it is as quick as a library's. row.py says what is solved, and how.
 """
 
 from __future__ import annotations
@@ -10,6 +10,13 @@ import numpy as np
 
 from .._compiled import compiled
 
+__all__ = ["circulant", "minimise"]
+
+_STEPS = 60
+"""Conjugate gradients before a guess is given up; seven or so are enough."""
+_CHANGES = 300
+_LOOSE = 0.03
+"""A guess is solved to this share of what breaks its bounds: it is about to change."""
 _PATIENCE = 10
 """Guesses changed as a whole without fewer rules broken, before they are changed node by node."""
 
@@ -61,14 +68,16 @@ def _fft(xr, xi, yr, yi, wr, wi):
 
 
 @compiled()
-def circulant(x, spectrum, wr, wi, work, out):
-    """The product of a symmetric circulant, given by its real spectrum, with x, zeros after its end.
+def circulant(x, op, room, out):
+    """The product of a symmetric circulant with x, zeros after its end.
 
-    Even and odd positions are the two halves of a complex transform of half the length h; `work` is (4, h).
+    `op` is its real spectrum, of h + 1 waves, and the table exp(-i pi k / h) = wr + i wi, k < 2 h.
+    Even and odd positions are the two halves of a complex transform of half the length h; `room` is (4, h).
     """
+    spectrum, wr, wi = op
     half = spectrum.size - 1
     n = x.size
-    xr, xi, yr, yi = work[0], work[1], work[2], work[3]
+    xr, xi, yr, yi = room[0], room[1], room[2], room[3]
     for j in range(n // 2):
         xr[j], xi[j] = x[2 * j], x[2 * j + 1]
     for j in range(n // 2, half):
@@ -146,26 +155,28 @@ def _release(x, gradient, low, high, free, short):
 
 
 @compiled()
-def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, limit, loose, steps, changes):
-    """Least of x K x / 2 + f x between bounds with given sums (bounded.py); x, free and gradient are overwritten.
+def minimise(k, m, problem, x, free, gradient, limit):
+    """Least of x K x / 2 + f x, low <= x <= high, sums @ x = targets, from x; x, free and gradient are overwritten.
 
-    k and m are the spectra of K and of its preconditioner, kw and mw their tables of exp(-i pi j / h). Returns the
-    multipliers and the steps taken; what they are worth, the certificate says.
+    k is K and m its preconditioner, as in `circulant`. In the problem f, low, high have the shape (n,), sums (c, n),
+    targets (c,), c being 0, 1 or 2; `own` is what a node's own x adds to its gradient. Nodes with low = high stay
+    there. Returns the multipliers and the steps taken; what they are worth, the certificate says.
     """
+    f, low, high, sums, targets, own = problem
     n, count = x.size, sums.shape[0]
-    kwork, mwork = np.empty((4, k.size - 1)), np.empty((4, m.size - 1))
+    kroom, mroom = np.empty((4, k[0].size - 1)), np.empty((4, m[0].size - 1))
     spread, masked, z = np.zeros((count, n)), np.zeros(n), np.zeros(n)
     direction, moved = np.zeros(n), np.zeros(n)
     multipliers, taken, missing = np.zeros(count), 0, np.zeros(count)
     fewest, patience, slow = n + 1, _PATIENCE, False
-    for _ in range(changes):
+    for _ in range(_CHANGES):
         some = False
         for i in range(n):
             if not free[i]:
                 x[i] = low[i] if x[i] - low[i] <= high[i] - x[i] else high[i]
             some = some or free[i]
         if count > 0 and not some:
-            circulant(x, k, kw[0], kw[1], kwork, gradient)
+            circulant(x, k, kroom, gradient)
             short = targets[0]
             for i in range(n):
                 gradient[i] += f[i]
@@ -174,7 +185,7 @@ def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, 
         for c in range(count):
             for i in range(n):
                 masked[i] = sums[c, i] if free[i] else 0.0
-            circulant(masked, m, mw[0], mw[1], mwork, spread[c])
+            circulant(masked, m, mroom, spread[c])
             missing[c] = targets[c]
             for i in range(n):
                 missing[c] -= sums[c, i] * x[i]
@@ -185,15 +196,15 @@ def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, 
             for d in range(count):
                 for i in range(n):
                     x[i] += gram[c, d] * missing[d] * spread[c, i]
-        circulant(x, k, kw[0], kw[1], kwork, gradient)
+        circulant(x, k, kroom, gradient)
         for i in range(n):
             gradient[i] += f[i]
             direction[i] = 0.0
         before, settled = 1.0, False
-        for step in range(steps + 1):
+        for step in range(_STEPS + 1):
             for i in range(n):
                 masked[i] = gradient[i] if free[i] else 0.0
-            circulant(masked, m, mw[0], mw[1], mwork, z)
+            circulant(masked, m, mroom, z)
             for i in range(n):
                 if not free[i]:
                     z[i] = 0.0
@@ -208,12 +219,12 @@ def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, 
                     error = max(error, abs(residual))
                     breaks = max(breaks, low[i] - x[i], x[i] - high[i])
             settled = error <= limit
-            if settled or (not slow and error <= loose * own * breaks) or step == steps or not now > 0.0:
+            if settled or (not slow and error <= _LOOSE * own * breaks) or step == _STEPS or not now > 0.0:
                 break
             ratio, before = now / before, now
             for i in range(n):
                 direction[i] = ratio * direction[i] - z[i]
-            circulant(direction, k, kw[0], kw[1], kwork, moved)
+            circulant(direction, k, kroom, moved)
             curve = 0.0
             for i in range(n):
                 curve += direction[i] * moved[i]

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
-from ..._frozen import Frozen
-from ..bounded import BoolArray
-from . import _lateral_kernel as kernel
+from .._check import FloatArray
+from .._frozen import Frozen
+from . import _area_kernel as kernel
+from .case import BoolArray
 from .descent import descended
-from .influence import AreaInfluence
+from .influence import Influence
 from .normal import between, finer
 from .quarter import Quarter
 
@@ -52,7 +52,7 @@ class Dragged(Frozen):
 
 
 def dragged(
-    op: AreaInfluence | Quarter,
+    op: Influence | Quarter,
     w: FloatArray,
     held: FloatArray,
     nodes: tuple[FloatArray, FloatArray],
@@ -77,7 +77,7 @@ class _Dragging:
 
     def __init__(
         self,
-        op: AreaInfluence | Quarter,
+        op: Influence | Quarter,
         w: FloatArray,
         held: FloatArray,
         nodes: tuple[FloatArray, FloatArray],
@@ -169,7 +169,7 @@ class _Dragging:
 
     def _left(self) -> FloatArray:
         totals = np.zeros(len(self.weights))
-        kernel.left(
+        kernel.drag_left(
             self.gradient, self.stick, self.tangent, self.stiff, self.turned, self.y, self.z, self.motion, self.weights,
             self.residual, totals,
         )  # fmt: skip
@@ -191,14 +191,14 @@ class _Dragging:
         kernel.less(self.residual, self.stick, self.tangent, self.y, self.z, more, self.soft, self.softened)
         error = max(float(self.residual.max()), -float(self.residual.min()))
         wrong = kernel.wrong_way(self.gradient, self.y, self.z, self.motion, self.slides, self.tangent)
-        now = kernel.projected(self.answered, self.residual, self.weights, self.inverse @ self._solve())
+        now = kernel.drag_projected(self.answered, self.residual, self.weights, self.inverse @ self._solve())
         return error, now, wrong if wrong > self.limit else 0.0
 
     def curve(self, direction: npt.NDArray[np.float32], moved: npt.NDArray[Any]) -> float:
         return float(kernel.curve(direction, moved, self.tangent, self.stiff))
 
     def advance(self, direction: npt.NDArray[Any], moved: npt.NDArray[Any], length: float) -> float:
-        far, over = kernel.advance(
+        far, over = kernel.drag_advance(
             self.x, self.gradient, self.turned, direction, moved, length, self.tangent, self.held
         )
         self.breaks = self.own * over

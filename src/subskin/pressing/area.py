@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ..._check import FloatArray
-from ..._frozen import Frozen
-from ..bounded import BoolArray
-from ..equilibrium import Mixer
-from .influence import AreaInfluence
+from .._check import FloatArray
+from .case import Balance, BoolArray, Case, settled
+from .influence import Influence
 from .lateral import Dragged, dragged, finer_drag
-from .load import Asked
 from .normal import Pressed, finer, pressed
 from .quarter import corner, quarter, unfolded, with_parity
 
-__all__ = ["AreaBalance", "AreaCase", "equilibrium"]
+__all__ = ["equilibrium"]
 
 _COARSEST = 32
 _SAFE = 0.7
 """Share of the tolerance to which the pressure is solved: the scale is a guess."""
-_ROUNDS = 60
 _ROUGH = 100.0
 """Times the tolerance to which a coarse grid is solved: it is only a start."""
 _MARGIN = 4
@@ -33,110 +28,41 @@ _PARITIES = ((False, False), (True, True), (False, True))
 _ROUND = 1.18
 """Approach of a sphere over the displacement in the middle of its contact, were the pressure even."""
 
-Gap = Callable[[FloatArray, FloatArray], FloatArray]
 
-
-@dataclass(frozen=True, eq=False)
-class AreaCase(Frozen):
-    """A problem on a grid: nodes `y`, `z` from the body's centre, the gap `height` there, infinite where no body is.
-
-    `shift` is the slip's starting point, the displacement along the surface less the body's, of the state before [m].
-    """
-
-    influence: AreaInfluence
-    step: float
-    y: FloatArray
-    z: FloatArray
-    height: FloatArray
-    load: Asked
-    shift: FloatArray
-    tolerance: float
-    gap: Gap
-
-    @property
-    def cell(self) -> float:
-        """Area of a node [m^2]."""
-        return self.step**2
-
-    def coarser(self) -> AreaCase:
-        """The same on nodes between, each in the middle of four."""
-        y, z = (0.5 * (nodes[::2] + nodes[1::2]) for nodes in (self.y, self.z))
-        rows = 0.5 * (self.shift[:, ::2] + self.shift[:, 1::2])
-        return replace(
-            self,
-            influence=self.influence.coarser,
-            step=2 * self.step,
-            y=y,
-            z=z,
-            height=np.asarray(self.gap(y[:, None], z)),
-            shift=0.5 * (rows[..., ::2] + rows[..., 1::2]),
-        )
-
-    def rigid(self, slide: FloatArray, twist: float) -> FloatArray:
-        """Displacement of the body along the surface [m], (2, n, k)."""
-        out = np.empty((2, *self.height.shape))
-        out[0] = slide[0] - twist * self.z
-        out[1] = slide[1] + twist * self.y[:, None]
-        return out
-
-
-@dataclass(frozen=True, eq=False)
-class AreaBalance(Frozen):
-    """Pressure (n, k) and shear (2, n, k) at the nodes [Pa], and the body's position; a start, or a solution.
-
-    `products` is the number of products by the influence on the finest grid, of the pressure's and the shear's solve;
-    `rough` is the coarser grid's solution from which it starts; `sticks` (n, k) are the nodes that stuck in the turn
-    before, None where there was none.
-    """
-
-    pressure: FloatArray
-    shear: FloatArray
-    touches: BoolArray
-    depth: float
-    tilt: FloatArray
-    slide: FloatArray
-    twist: float
-    scale: float
-    products: tuple[int, int] = (0, 0)
-    rough: AreaBalance | None = None
-    sticks: BoolArray | None = None
-
-
-def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance:
+def equilibrium(case: Case, start: Balance | None = None) -> Balance:
     """Equilibrium on the grid of `case`; without a start by way of coarser grids."""
     n, k = case.height.shape
     if start is None and max(n, k) >= 2 * _COARSEST and min(n, k) >= _COARSEST and not n % 2 and not k % 2:
-        coarse = equilibrium(replace(case.coarser(), tolerance=min(_ROUGH * case.tolerance, 1e-3)))
+        rough = _coarser(case)
+        coarse = equilibrium(replace(rough, tolerance=min(_ROUGH * case.tolerance, 1e-3)))
         pressure, touches = finer(coarse.pressure)
-        start = replace(coarse, pressure=pressure, touches=touches, sticks=None, rough=coarse)
-    return _settle(case, _first(case) if start is None else start)
+        start = replace(
+            coarse,
+            pressure=pressure,
+            shear=np.zeros((2, n, k)),
+            touches=touches,
+            sticks=None,
+            steps=(0, 0),
+            rough=coarse,
+        )
+    return settled(case, _first(case) if start is None else start, _normal, _tangential)
 
 
-def _settle(case: AreaCase, start: AreaBalance) -> AreaBalance:
-    """The pressure, and with friction the shear, in turn until neither disturbs the other."""
-    if case.load.friction is None:
-        zeros = np.zeros((2, *case.height.shape))
-        return replace(_normal(case, start), shear=zeros, rough=None)
-    op, limit = case.influence, case.tolerance * start.scale
-    state, lifted, mixer = start, np.zeros(case.height.shape), Mixer()
-    if op.coupled and start.rough is None and start.shear.any():
-        lifted = op.lifted(start.shear)
-    for _ in range(_ROUNDS):
-        state = replace(_tangential(case, _normal(case, state, lifted)), rough=None)
-        if not op.coupled:
-            break
-        change = op.lifted(state.shear) - lifted
-        if case.load.force is not None and state.touches.any():
-            even = float(change[state.touches].mean())
-            change -= even
-            state = replace(state, depth=state.depth + even)
-        if np.abs(change[state.touches]).max(initial=0.0) <= 0.5 * limit:
-            break
-        lifted = mixer.next(lifted.reshape(-1), change.reshape(-1)).reshape(lifted.shape)
-    return state
+def _coarser(case: Case) -> Case:
+    """The same on nodes between, each in the middle of four."""
+    y, z = (0.5 * (nodes[::2] + nodes[1::2]) for nodes in case.axes)
+    rows = 0.5 * (case.shift[:, ::2] + case.shift[:, 1::2])
+    return replace(
+        case,
+        influence=case.influence.coarser,
+        step=2 * case.step,
+        axes=(y, z),
+        height=np.asarray(case.gap(y[:, None], z)),
+        shift=0.5 * (rows[..., ::2] + rows[..., 1::2]),
+    )
 
 
-def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
+def _tangential(case: Case, state: Balance) -> Balance:
     """The shear within what friction holds, the pressure being what it is."""
     load, op, p = case.load, case.influence, state.pressure
     mu = float(load.friction or 0.0)
@@ -172,13 +98,13 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     shear = np.zeros(w.shape)
     shear[box] = found.shear
     motion = given + found.motion
-    products = state.products[0], state.products[1] + found.products
     sticks = np.zeros(p.shape, dtype=bool)
     sticks[part] = found.sticks
-    return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), products=products, sticks=sticks)
+    steps = state.after(shear=found.products)
+    return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), steps=steps, sticks=sticks)
 
 
-def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray) -> AreaBalance | None:
+def _sliding(case: Case, state: Balance, held: FloatArray, w: FloatArray) -> Balance | None:
     """All of it slides along a drag, or turns beneath a moment, that friction does not hold; None where it may."""
     load = case.load
     most = float(held.sum() * case.cell)
@@ -201,10 +127,10 @@ def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray
     return None
 
 
-def _first(case: AreaCase) -> AreaBalance:
+def _first(case: Case) -> Balance:
     """What lies lower than half the approach touches, as beneath a sphere, under a pressure as round as there."""
     load, op = case.load, case.influence
-    low = case.height - _leaning(case, load.tilt)
+    low = case.height - case.leaning(load.tilt)
     rises = np.sort(low[np.isfinite(low)])
     lowest = float(rises[0])
     rises -= lowest
@@ -224,10 +150,10 @@ def _first(case: AreaCase) -> AreaBalance:
     shape = np.sqrt(share + 1e-3) * touches
     p = shape * (mean * touching / shape.sum())
     scale = float(op.normal(p).max())
-    return AreaBalance(p, np.zeros((2, *p.shape)), touches, 0.0, load.tilt, np.zeros(2), 0.0, scale)
+    return Balance(p, np.zeros((2, *p.shape)), touches, 0.0, load.tilt, np.zeros(2), 0.0, scale)
 
 
-def _beneath_discs(op: AreaInfluence) -> FloatArray:
+def _beneath_discs(op: Influence) -> FloatArray:
     """Displacement in the middle of discs of 1, 2, ... nodes under a pressure of 1 [m/Pa]."""
     away = np.add.outer(np.arange(op.shape[0]) ** 2, np.arange(op.shape[1]) ** 2)
     times = np.full(op.shape, 4.0)
@@ -238,11 +164,7 @@ def _beneath_discs(op: AreaInfluence) -> FloatArray:
     return np.asarray(np.interp(1.0 + np.arange(op.shape[0] * op.shape[1]), nodes, moved))
 
 
-def _leaning(case: AreaCase, tilt: FloatArray) -> FloatArray:
-    return np.asarray(tilt[0] * case.y[:, None] + tilt[1] * case.z)
-
-
-def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0) -> AreaBalance:
+def _normal(case: Case, state: Balance, lifted: FloatArray) -> Balance:
     """The pressure beneath the body, the shear being what it is."""
     load, body = case.load, np.isfinite(case.height)
     f = np.where(body, case.height, 0.0) + lifted
@@ -255,7 +177,7 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
     if load.moment is None:
         given[1:] = load.tilt
         if load.tilt.any():
-            f -= _leaning(case, load.tilt)
+            f -= case.leaning(load.tilt)
     else:
         targets[1:] = load.moment / case.cell
     limit = _SAFE * case.tolerance * state.scale
@@ -266,13 +188,12 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
     depth, tilt = float(motion[0]), motion[1:]
     top = float(pressure.max(initial=0.0))
     scale = max(abs(depth), case.influence.own * top) if top else state.scale
-    before = (0, 0) if state.rough is not None else state.products
-    products = before[0] + found.products, before[1]
-    return replace(state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale, products=products)
+    steps = state.after(pressure=found.products)
+    return replace(state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale, steps=steps)
 
 
 def _on_part(
-    case: AreaCase, f: FloatArray, body: BoolArray, targets: FloatArray, state: AreaBalance, limit: float
+    case: Case, f: FloatArray, body: BoolArray, targets: FloatArray, state: Balance, limit: float
 ) -> tuple[Pressed, tuple[slice, slice]]:
     """Solve on the part of the grid that a start touches, and a margin; on all of it where that is not enough."""
     part = _part(state.touches)
@@ -297,7 +218,7 @@ def _on_part(
 
 
 def _pressed(
-    op: AreaInfluence,
+    op: Influence,
     f: FloatArray,
     body: BoolArray,
     nodes: tuple[FloatArray, FloatArray],
@@ -320,7 +241,7 @@ def _pressed(
 
 
 def _dragged(
-    op: AreaInfluence,
+    op: Influence,
     w: FloatArray,
     held: FloatArray,
     nodes: tuple[FloatArray, FloatArray],

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
-from ..._frozen import Frozen
-from ..bounded import BoolArray
-from . import _normal_kernel as kernel
+from .._check import FloatArray
+from .._frozen import Frozen
+from . import _area_kernel as kernel
+from .case import BoolArray
 from .descent import descended
-from .influence import AreaInfluence
+from .influence import Influence
 from .quarter import Quarter
 
 __all__ = ["Pressed", "between", "finer", "pressed"]
@@ -35,7 +35,7 @@ class Pressed(Frozen):
 
 
 def pressed(
-    op: AreaInfluence | Quarter,
+    op: Influence | Quarter,
     f: FloatArray,
     body: BoolArray,
     nodes: tuple[FloatArray, FloatArray],
@@ -63,7 +63,7 @@ class _Pressing:
 
     def __init__(
         self,
-        op: AreaInfluence | Quarter,
+        op: Influence | Quarter,
         f: FloatArray,
         body: BoolArray,
         nodes: tuple[FloatArray, FloatArray],

@@ -1,7 +1,9 @@
-"""Loops over a grid for the drag beneath a body (lateral.py). Maps by transforms may be wider than the grid.
+"""Loops over a grid on an area: over spectra, for the pressure beneath a body, for the drag (normal.py, lateral.py).
 
-A body may slide and turn: rigid motions are (slide_y - turn z, slide_z + turn y), and their multipliers come as three
-numbers. Where a node sticks both components of its drag are free, where it slips what is along its `tangent` is.
+Maps by transforms may be wider than the grid. A spectrum is given as real numbers: real and imaginary parts in turn
+along a row. A body may sink and lean, or slide and turn: the multipliers of these rigid motions, level + lean_y y +
+lean_z z and (slide_y - turn z, slide_z + turn y), come as three numbers. Where a node sticks both components of its
+drag are free, where it slips what is along its `tangent` is.
 """
 
 from __future__ import annotations
@@ -10,13 +12,126 @@ import math
 
 import numpy as np
 
-from ..._compiled import compiled
+from .._compiled import compiled
 
-__all__ = ["advance", "answered", "curve", "keep", "left", "less", "projected", "sorted_out", "wrong_way"]
+__all__ = [
+    "advance",
+    "answered",
+    "curve",
+    "drag_advance",
+    "drag_left",
+    "drag_projected",
+    "inner",
+    "keep",
+    "left",
+    "less",
+    "open_beyond",
+    "projected",
+    "scaled",
+    "sorted_out",
+    "sums",
+    "turned",
+    "wrong_way",
+]
 
 
 @compiled(borrows=True)
-def left(gradient, stick, tangent, stiff, turned, y, z, motion, weights, residual, totals):
+def scaled(waves, by):
+    """A spectrum times a real one."""
+    for i in range(by.shape[0]):
+        for j in range(by.shape[1]):
+            waves[i, 2 * j] *= by[i, j]
+            waves[i, 2 * j + 1] *= by[i, j]
+
+
+@compiled(borrows=True)
+def turned(waves, yy, zz, yz):
+    """Spectra of two components times a symmetric matrix of real ones."""
+    for i in range(yy.shape[0]):
+        for j in range(yy.shape[1]):
+            for part in range(2 * j, 2 * j + 2):
+                y, z = waves[0, i, part], waves[1, i, part]
+                waves[0, i, part] = yy[i, j] * y + yz[i, j] * z
+                waves[1, i, part] = yz[i, j] * y + zz[i, j] * z
+
+
+@compiled(borrows=True)
+def sums(values, free, y, z):
+    """Sums of a map over the nodes that touch: plain, times y, times z."""
+    plain, by_y, by_z = 0.0, 0.0, 0.0
+    for i in range(free.shape[0]):
+        row, across = 0.0, 0.0
+        for j in range(free.shape[1]):
+            value = values[i, j] * free[i, j]
+            row += value
+            across += value * z[j]
+        plain += row
+        by_y += row * y[i]
+        by_z += across
+    return plain, by_y, by_z
+
+
+@compiled(borrows=True)
+def left(gradient, free, y, z, level, lean_y, lean_z, residual):
+    """The gap where nodes touch, 0 elsewhere."""
+    for i in range(free.shape[0]):
+        base = level + lean_y * y[i]
+        for j in range(free.shape[1]):
+            residual[i, j] = (gradient[i, j] - base - lean_z * z[j]) * free[i, j]
+
+
+@compiled(borrows=True)
+def open_beyond(gradient, outside, y, z, level, lean_y, lean_z):
+    """The deepest overlap of the bodies where nodes do not touch."""
+    least = 0.0
+    for i in range(outside.shape[0]):
+        base = level + lean_y * y[i]
+        for j in range(outside.shape[1]):
+            if outside[i, j]:
+                least = min(least, gradient[i, j] - base - lean_z * z[j])
+    return -least
+
+
+@compiled(borrows=True)
+def projected(answer, residual, free, y, z, level, lean_y, lean_z, out):
+    """The answer where nodes touch less a rigid motion, and its product with the residual."""
+    total = 0.0
+    for i in range(free.shape[0]):
+        base = level + lean_y * y[i]
+        for j in range(free.shape[1]):
+            value = np.float32((answer[i, j] - base - lean_z * z[j]) * free[i, j])
+            out[i, j] = value
+            total += value * residual[i, j]
+    return total
+
+
+@compiled(borrows=True)
+def inner(one, wide):
+    """Sum of products of two maps, of which the second may be wider."""
+    total = 0.0
+    for i in range(one.shape[0]):
+        for j in range(one.shape[1]):
+            total += one[i, j] * wide[i, j]
+    return total
+
+
+@compiled()
+def advance(x, gradient, direction, moved, length):
+    """One step along a direction: the greatest displacement by it, and the least pressure after it."""
+    n, k = x.shape
+    most, least = np.zeros(k), np.zeros(k)
+    for i in range(n):
+        for j in range(k):
+            by = length * moved[i, j]
+            gradient[i, j] += by
+            x[i, j] += length * direction[i, j]
+            most[j] = max(most[j], abs(by))
+            least[j] = min(least[j], x[i, j])
+    return most.max(), least.min()
+
+
+@compiled(borrows=True)
+def drag_left(gradient, stick, tangent, stiff, turned, y, z, motion, weights, residual, totals):
     """What is left of the slip where it may not be, and its products with the weights of the rigid motions."""
     totals[:] = 0.0
     for i in range(stick.shape[0]):
@@ -83,7 +198,7 @@ def answered(nearly, residual, stick, tangent, soft, direct, y, z, out):
 
 
 @compiled(borrows=True)
-def projected(out, residual, weights, shares):
+def drag_projected(out, residual, weights, shares):
     """The answer less shares of the weights, and its product with the residual."""
     total = 0.0
     for part in range(2):
@@ -110,7 +225,7 @@ def curve(direction, moved, tangent, stiff):
 
 
 @compiled()
-def advance(q, gradient, turned, direction, moved, length, tangent, held):
+def drag_advance(q, gradient, turned, direction, moved, length, tangent, held):
     """One step along a direction: the greatest displacement by it, and by how much drags leave the cone after it."""
     n, k = held.shape
     most, over = np.zeros(k), np.zeros(k)

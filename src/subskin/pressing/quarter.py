@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
-from ..._frozen import Frozen
-from .influence import SIGNS, AreaInfluence, inverted, lateral_inverse, spectrum
+from .._check import FloatArray
+from .._frozen import Frozen
+from .influence import Influence, inverted, lateral_inverse, spectrum
 
 __all__ = ["Parity", "Quarter", "corner", "quarter", "unfolded", "with_parity"]
 
@@ -51,9 +51,9 @@ def with_parity(values: FloatArray, odd: Parity, most: float) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Quarter(Frozen):
-    """As `AreaInfluence`, of tractions given on a quarter; `odd` is the parity of q_y, and q_z has the other."""
+    """As `Influence`, of tractions given on a quarter; `odd` is the parity of q_y, and q_z has the other."""
 
-    whole: AreaInfluence
+    whole: Influence
     odd: Parity = _EVEN
 
     @property
@@ -86,7 +86,7 @@ class Quarter(Frozen):
         return next_fast_len(n, True), next_fast_len(k, True)
 
     def _spectrum(self, row: int, size: tuple[int, int]) -> FloatArray:
-        found = spectrum(self.whole.rows[row], (2 * size[0], 2 * size[1]), SIGNS[row])
+        found = spectrum(self.whole.rows[row], (2 * size[0], 2 * size[1]), self.whole.signs[row])
         return np.ascontiguousarray(found[: size[0] + 1, : size[1] + 1])
 
     @cached_property
@@ -96,7 +96,7 @@ class Quarter(Frozen):
 
     @cached_property
     def _inverse(self) -> npt.NDArray[np.float32]:
-        return np.ascontiguousarray(inverted(self._spectrum(0, self._tiled))[:-1, :-1])
+        return np.ascontiguousarray(inverted(self._spectrum(0, self._tiled))[:-1, :-1], np.float32)
 
     @cached_property
     def _lateral(self) -> dict[Any, Maps]:
@@ -149,7 +149,7 @@ class Quarter(Frozen):
         return out
 
 
-def quarter(whole: AreaInfluence, odd: Parity = _EVEN) -> Quarter:
+def quarter(whole: Influence, odd: Parity = _EVEN) -> Quarter:
     """The operator on a quarter, kept with that of the whole."""
     if odd not in whole.quarters:
         whole.quarters[odd] = Quarter(whole, odd)

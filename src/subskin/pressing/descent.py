@@ -1,6 +1,6 @@
 """The loop shared by pressure and drag: who is at a bound is guessed, the others are found by conjugate gradients.
 
-Those that break a rule then change sides, and so on, as in a plane (bounded.py). Here a product costs most of the time,
+Those that break a rule then change sides, and so on, as in a plane (row.py). Here a product costs most of the time,
 so none is spent on a change of the guess: what that takes off is brought in with the next step, whose length is that of
 the step before. A guess is given up as soon as what is left is less than what breaks its rules: it is about to change.
 """
@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
+from .._check import FloatArray
 
 __all__ = ["Bounded", "descended"]
 

@@ -1,1 +1,0 @@
-"""Presses on an area: the solver, its grids, and what it gives back."""

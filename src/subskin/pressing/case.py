@@ -1,0 +1,185 @@
+"""A contact on a grid: the problem, a solution of it, and pressure and shear by turns until neither disturbs the other.
+
+The pressure makes the least of (p K p) / 2 + h p with p >= 0, where h is the gap of the undeformed bodies and of what
+the shear lifts; the shear makes the least of (q K q) / 2 + w q within |q| <= mu p, where w is the slip that the
+pressure, the indenter and the past would cause. Where the two do not disturb each other (nu = 1/2 on a half plane) one
+turn is exact. Source: docs/pressing.md; Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), chapter 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from .._frozen import Frozen
+from .influence import Influence
+from .load import Load
+
+__all__ = ["Balance", "BoolArray", "Case", "Mixer", "settled"]
+
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+_ROUNDS = 100
+_SETTLED = 0.5
+"""Share of the tolerance to which the two agree."""
+_MEMORY = 5
+_WORSE = 3.0
+"""A turn that leaves so many times the least change so far makes the past forgotten."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case(Frozen):
+    """A problem on a grid of square cells: nodes along y, on an area along y and z, from the body's centre.
+
+    `height` is the gap there, infinite where no body is, and `gap` gives it at any position. `shift` (d, ...) is the
+    slip's starting point, the displacement along the surface less the body's, of the state before [m].
+    """
+
+    influence: Influence
+    step: float
+    axes: tuple[FloatArray, ...]
+    height: FloatArray
+    load: Load
+    shift: FloatArray
+    tolerance: float
+    gap: Callable[..., FloatArray]
+    datum: float | None = None
+
+    @property
+    def y(self) -> FloatArray:
+        """Nodes along y [m]."""
+        return self.axes[0]
+
+    @property
+    def z(self) -> FloatArray:
+        """Nodes along z [m], on an area."""
+        return self.axes[1]
+
+    @property
+    def cell(self) -> float:
+        """Area of a node [m^2]; on a row its length [m]."""
+        return self.step ** len(self.axes)
+
+    @property
+    def places(self) -> tuple[FloatArray, ...]:
+        """The nodes along each axis, of shapes that broadcast to the grid's."""
+        return self.axes if len(self.axes) == 1 else (self.y[:, None], self.z)
+
+    def leaning(self, tilt: FloatArray) -> FloatArray:
+        """By how much a body that leans is lower [m]."""
+        parts = [by * at for by, at in zip(tilt, self.places, strict=True)]
+        return np.asarray(parts[0] if len(parts) == 1 else parts[0] + parts[1])
+
+    def rigid(self, slide: FloatArray, twist: float) -> FloatArray:
+        """Displacement of the body along the surface [m], (d, ...), of one length where it does not turn."""
+        if not twist:
+            return slide.reshape(-1, *[1] * len(self.axes))
+        (y, z), out = self.places, np.empty((2, *self.height.shape))
+        out[0] = slide[0] - twist * z
+        out[1] = slide[1] + twist * y
+        return out
+
+    def arms(self, values: FloatArray) -> FloatArray:
+        """Moments (d,) of a map, along each axis."""
+        every = range(len(self.axes))
+        sums = [values.sum(axis=tuple(other for other in every if other != axis)) @ self.axes[axis] for axis in every]
+        return np.array(sums) * self.cell
+
+    def turning(self, shear: FloatArray) -> float:
+        """Moment of a drag about x; a row has none."""
+        if len(shear) == 1:
+            return 0.0
+        return float(shear[1].sum(axis=1) @ self.y - shear[0].sum(axis=0) @ self.z) * self.cell
+
+
+@dataclass(frozen=True, eq=False)
+class Balance(Frozen):
+    """Pressure (...) and shear (d, ...) at the nodes [Pa], and the body's position; a start, or a solution.
+
+    `touches` and `sticks` are the nodes whose pressure or shear is between its bounds, `sticks` None where that is
+    not known. depth and slide count from an unknown zero where the skin has no ground. `steps` are those of the
+    pressure's and of the shear's solves: on a row of conjugate gradients, on an area products on the finest grid.
+    `rough` is the coarser grid's solution from which a start on an area comes.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    touches: BoolArray
+    depth: float
+    tilt: FloatArray
+    slide: FloatArray
+    twist: float
+    scale: float
+    sticks: BoolArray | None = None
+    steps: tuple[int, int] = (0, 0)
+    rough: Balance | None = None
+
+    def after(self, pressure: int = 0, shear: int = 0) -> tuple[int, int]:
+        """The steps, with more of them."""
+        return self.steps[0] + pressure, self.steps[1] + shear
+
+
+Pressure: TypeAlias = Callable[[Case, Balance, FloatArray], Balance]
+Shear: TypeAlias = Callable[[Case, Balance], Balance]
+
+
+def settled(case: Case, start: Balance, pressed: Pressure, dragged: Shear) -> Balance:
+    """Pressure (with the gap that the shear lifts) and shear in turn until neither disturbs the other.
+
+    Turn by turn the disturbance falls by a factor that is poor where the two are strongly coupled (a stiff skin on a
+    soft one bends, and drags itself along); so the next one is extrapolated from the last few.
+    """
+    op, load, limit = case.influence, case.load, _SETTLED * case.tolerance * start.scale
+    if load.friction is None:
+        found = pressed(case, start, np.zeros(case.height.shape))
+        return _closed(replace(found, shear=np.zeros(case.shift.shape), rough=None))
+    state, lifted, mixer = start, op.lifted(start.shear), Mixer()
+    for _ in range(_ROUNDS):
+        state = dragged(case, pressed(case, state, lifted))
+        state = state if state.rough is None else replace(state, rough=None)
+        if not op.coupled:
+            break
+        change = op.lifted(state.shear) - lifted
+        if load.force is not None and state.touches.any():
+            even = float(change[state.touches].mean())
+            change -= even
+            state = replace(state, depth=state.depth + even)
+        if np.abs(change[state.touches]).max(initial=0.0) <= limit:
+            break
+        lifted = mixer.next(lifted.reshape(-1), change.reshape(-1)).reshape(lifted.shape)
+    return _closed(state)
+
+
+def _closed(state: Balance) -> Balance:
+    for values in (state.pressure, state.shear):
+        values.flags.writeable = False
+    return state
+
+
+class Mixer:
+    """Anderson's extrapolation of a fixed-point iteration (Walker and Ni 2011)."""
+
+    def __init__(self) -> None:
+        self.positions: list[FloatArray] = []
+        self.changes: list[FloatArray] = []
+        self.least = np.inf
+
+    def next(self, position: FloatArray, change: FloatArray) -> FloatArray:
+        """Where to go from `position`, whose own step is `change`."""
+        size = float(np.abs(change).max())
+        if size > _WORSE * self.least:
+            self.positions, self.changes = [], []
+            self.least = size
+            return position + 0.5 * change
+        self.least = min(self.least, size)
+        self.positions, self.changes = ([*self.positions[-_MEMORY:], position], [*self.changes[-_MEMORY:], change])
+        if len(self.positions) == 1:
+            return position + change
+        moves, turns = np.diff(self.positions, axis=0), np.diff(self.changes, axis=0)
+        weights = np.linalg.lstsq(turns.T, change, rcond=1e-10)[0]
+        return np.asarray(position + change - weights @ (moves + turns))
