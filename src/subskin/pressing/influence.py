@@ -157,9 +157,9 @@ class Influence(Frozen):
         return np.negative(self._cut(self._map(self._waves(pressure) * self._coupling)))
 
     @cached_property
-    def _coupling(self) -> npt.NDArray[np.complex128]:
+    def _coupling(self) -> Maps:
         """Of the rows by which pressure and drag move each other's surface, whose spectra are imaginary."""
-        return 1j * np.stack(self._spectra[-len(self.shape) :])
+        return np.multiply(1j, self._spectra[-len(self.shape) :])
 
     def nearly_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """What pressure nearly makes a displacement: that of a grid which repeats. It may be larger than the grid."""
