@@ -18,7 +18,7 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 from .influence import Influence
-from .load import Load
+from .load import Asked
 
 __all__ = ["Balance", "BoolArray", "Case", "Mixer", "settled"]
 
@@ -44,7 +44,7 @@ class Case(Frozen):
     step: float
     axes: tuple[FloatArray, ...]
     height: FloatArray
-    load: Load
+    load: Asked
     shift: FloatArray
     tolerance: float
     gap: Callable[..., FloatArray]
@@ -66,20 +66,20 @@ class Case(Frozen):
         return self.step ** len(self.axes)
 
     @property
-    def places(self) -> tuple[FloatArray, ...]:
+    def mesh(self) -> tuple[FloatArray, ...]:
         """The nodes along each axis, of shapes that broadcast to the grid's."""
         return self.axes if len(self.axes) == 1 else (self.y[:, None], self.z)
 
     def leaning(self, tilt: FloatArray) -> FloatArray:
         """By how much a body that leans is lower [m]."""
-        parts = [by * at for by, at in zip(tilt, self.places, strict=True)]
+        parts = [by * at for by, at in zip(tilt, self.mesh, strict=True)]
         return np.asarray(parts[0] if len(parts) == 1 else parts[0] + parts[1])
 
     def rigid(self, slide: FloatArray, twist: float) -> FloatArray:
         """Displacement of the body along the surface [m], (d, ...), of one length where it does not turn."""
         if not twist:
             return slide.reshape(-1, *[1] * len(self.axes))
-        (y, z), out = self.places, np.empty((2, *self.height.shape))
+        (y, z), out = self.mesh, np.empty((2, *self.height.shape))
         out[0] = slide[0] - twist * z
         out[1] = slide[1] + twist * y
         return out

@@ -20,7 +20,7 @@ from .body import LocalIndenter
 from .case import Balance, BoolArray, Case
 from .indenter import Indenter
 from .influence import influence
-from .load import Load
+from .load import Asked
 
 __all__ = ["Grid", "continued", "fresh"]
 
@@ -113,7 +113,7 @@ class Grid(Frozen):
         return cls(None if nodes is None else int(count), wide, repeat, rest, limit)
 
 
-def fresh(skin: Skin, body: Body, gap: Gap, load: Load, grid: Grid) -> tuple[Case, Balance]:
+def fresh(skin: Skin, body: Body, gap: Gap, load: Asked, grid: Grid) -> tuple[Case, Balance]:
     """A problem on a grid of its own, and its solution."""
     if grid.period is not None:
         if np.isfinite(skin.period):
@@ -141,14 +141,11 @@ def fresh(skin: Skin, body: Body, gap: Gap, load: Load, grid: Grid) -> tuple[Cas
             grow = 0.25 * (high - low)
             low, high = low - grow * cut[0], high + grow * cut[1]
         else:
-            places = touches_beyond(skin, body, case, state)
-            if not places:
+            mesh = touches_beyond(skin, body, case, state)
+            if not mesh:
                 return case, state
             grow = 0.25 * (high - low).max()
-            low, high = (
-                np.min([low, *(at - grow for at in places)], 0),
-                np.max([high, *(at + grow for at in places)], 0),
-            )
+            low, high = (np.min([low, *(at - grow for at in mesh)], 0), np.max([high, *(at + grow for at in mesh)], 0))
         low, high = np.maximum(low, limits[0]), np.minimum(high, limits[1])
         if (high - low).max() > 0.5 * skin.period:
             break
@@ -157,7 +154,7 @@ def fresh(skin: Skin, body: Body, gap: Gap, load: Load, grid: Grid) -> tuple[Cas
 
 
 def continued(
-    before: Case, state: Balance, lateral: FloatArray, grid: Grid, load: Load, body: Body
+    before: Case, state: Balance, lateral: FloatArray, grid: Grid, load: Asked, body: Body
 ) -> tuple[Case, Balance]:
     """The next problem on the grid of the last, and its solution; slip counts from there."""
     sides = before.step * np.array(before.height.shape)
@@ -198,7 +195,7 @@ def _solved(case: Case, start: Balance | None = None) -> tuple[Case, Balance]:
     return case, _EQUILIBRIUM[len(case.axes)](case, start)
 
 
-def _case(skin: Skin, gap: Gap, load: Load, ends: Ends, grid: Grid, *, sure: bool = True) -> Case:
+def _case(skin: Skin, gap: Gap, load: Asked, ends: Ends, grid: Grid, *, sure: bool = True) -> Case:
     """The problem on square cells in whose middles the nodes stand, of a load that is `sure` to be one for them."""
     way, sides = _WAYS[len(ends[0])], ends[1] - ends[0]
     count, periodic = grid.nodes or way.nodes, grid.period is not None
@@ -241,7 +238,7 @@ def _touchable(case: Case) -> None:
             raise InvalidValueError(seen, rule, f"its lowest point is {lowest:.6g} m above it")
 
 
-def _carried(load: Load, low: FloatArray, high: FloatArray) -> None:
+def _carried(load: Asked, low: FloatArray, high: FloatArray) -> None:
     """Raise where no pressure beneath the body has the force and the moment."""
     if load.moment is None or load.force is None:
         return
@@ -254,7 +251,7 @@ def _carried(load: Load, low: FloatArray, high: FloatArray) -> None:
             raise GeometryError(seen, rule, f"it would at {arm:.6g} m; less moment")
 
 
-def _upright(load: Load, period: float) -> None:
+def _upright(load: Asked, period: float) -> None:
     if load.moment is not None or load.tilt.any():
         seen = f"period = {period:.6g} m with a moment or a tilt"
         raise GeometryError(seen, "a body that repeats does not turn", "leave out moment and tilt")
@@ -290,7 +287,7 @@ def _sizes(sides: npt.ArrayLike) -> str:
     return " by ".join(f"{side:.6g}" for side in np.ravel(sides))
 
 
-def _searched(skin: Skin, body: Body, gap: Gap, load: Load, grid: Grid) -> Ends:
+def _searched(skin: Skin, body: Body, gap: Gap, load: Asked, grid: Grid) -> Ends:
     """Ends of a window from the indenter's centre [m], wider than the contact, or as wide as the body.
 
     Widths come from a ladder, so that presses of about the same width share one grid, and what is known of the skin on
@@ -368,7 +365,7 @@ def _snapped(middle: FloatArray, sides: FloatArray, limits: Ends) -> Ends:
     return first, last
 
 
-def _first_guess(skin: Skin, gap: Gap, load: Load, middle: FloatArray) -> float:
+def _first_guess(skin: Skin, gap: Gap, load: Asked, middle: FloatArray) -> float:
     """A width at which a half space as soft as the surface would carry the load: P = E* h, F = E* w h, h the height."""
     widths = 2.0 ** np.arange(-30, 5)
     widths = widths[widths < 0.5 * skin.period]

@@ -287,16 +287,16 @@ def spectrum(row: FloatArray, size: tuple[int, ...], signs: Signs) -> FloatArray
     """Real spectrum of a row put round a torus; of a row that is odd one way the imaginary part."""
     from scipy.fft import rfftn
 
-    places, shares = [], []
+    nearest, shares = [], []
     for count, length, sign in zip(row.shape, size, signs, strict=True):
         j = np.arange(length)
         away = np.minimum(j, length - j)
         share = np.where(j <= length - j, 1.0, sign) * (away < count)
         if sign < 0:
             share[(2 * j) % length == 0] = 0.0
-        places.append(np.minimum(away, count - 1))
+        nearest.append(np.minimum(away, count - 1))
         shares.append(share)
-    values = row[np.ix_(*places)]
+    values = row[np.ix_(*nearest)]
     for share in np.ix_(*shares):
         values = values * share
     waves = rfftn(values)

@@ -12,7 +12,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import InvalidValueError
 
-__all__ = ["Load", "asked", "placed"]
+__all__ = ["Asked", "along_axes", "asked"]
 
 _LEAST, _MOST = 1e-30, 1e30
 """Forces and depths between which no product of them overflows."""
@@ -27,7 +27,7 @@ _EITHER = (("moment", "tilt"), ("tangential", "slide"), ("torsion", "twist"))
 
 
 @dataclass(frozen=True, eq=False)
-class Load(Frozen):
+class Asked(Frozen):
     """What is prescribed, None for what is found; components along the axes of the surface have the shape (d,).
 
     Units as in `press`. Without friction, which is None then, nothing is dragged. A long body does not turn about x:
@@ -45,7 +45,7 @@ class Load(Frozen):
     friction: float | None
 
 
-def asked(axes: int, *, friction: float | None, **given: Any) -> Load:
+def asked(axes: int, *, friction: float | None, **given: Any) -> Asked:
     """`given` are the other fields, each None where it is left out, of a body on a surface of so many `axes`.
 
     Raises
@@ -58,7 +58,7 @@ def asked(axes: int, *, friction: float | None, **given: Any) -> Load:
         raise InvalidValueError(seen, "one of the two has to be given", f"{fix}, or depth=0.1e-3")
     values: dict[str, Any] = {}
     for name, value in given.items():
-        read, unit = placed if name in _ALONG else _number, _UNITS[name][axes - 1]
+        read, unit = along_axes if name in _ALONG else _number, _UNITS[name][axes - 1]
         if axes == 1 and name in _EITHER[2] and value is not None:
             raise InvalidValueError(f"{name} = {value}", "a long body does not turn about x", f"leave out {name}")
         values[name] = None if value is None else read(name, value, unit, axes)
@@ -73,7 +73,7 @@ def asked(axes: int, *, friction: float | None, **given: Any) -> Load:
                 seen, rule = f"{name} = {given[name]}", "nothing is dragged without friction"
                 raise InvalidValueError(seen, rule, "give friction=, e.g. 0.5")
             values[name] = None
-        return Load(**values, friction=None)
+        return Asked(**values, friction=None)
     grip = _check.scalar("friction", friction, at_least=0.0, finite=axes == 2)
     for name in ("tangential", "torsion"):
         if grip == 0 and np.any(values[name]):
@@ -83,10 +83,10 @@ def asked(axes: int, *, friction: float | None, **given: Any) -> Load:
         values["tangential"] = np.zeros(axes)
     if values["torsion"] is None and values["twist"] is None:
         values["twist" if axes == 1 or values["slide"] is not None else "torsion"] = 0.0
-    return Load(**values, friction=grip)
+    return Asked(**values, friction=grip)
 
 
-def placed(name: str, value: Any, unit: str, axes: int, **limits: Any) -> FloatArray:
+def along_axes(name: str, value: Any, unit: str, axes: int, **limits: Any) -> FloatArray:
     """One number of a long body, or two along (y, z), as an array (d,)."""
     if axes == 1:
         return np.array([_check.scalar(name, value, unit=unit, **limits)])

@@ -15,7 +15,7 @@ from .body import LocalIndenter
 from .certificate import certify, displaced
 from .grid import Grid, continued, fresh
 from .indenter import Indenter
-from .load import Load, asked, placed
+from .load import Asked, along_axes, asked
 from .solution import ContactSolution, LocalSolution, PressStatus
 from .verdict import believable, judged
 
@@ -155,7 +155,11 @@ def press(  # type: ignore[misc]  # each takes the names that are listed
     )  # fmt: skip
     asked_of = Grid.checked(axes, nodes, window, period, datum, tolerance)
     centred = np.ndim(position) == 0 and position == 0  # what is left out
-    at = np.zeros(axes) if centred else placed("position", position, "m", axes, at_least=-_FARTHEST, at_most=_FARTHEST)
+    at = (
+        np.zeros(axes)
+        if centred
+        else along_axes("position", position, "m", axes, at_least=-_FARTHEST, at_most=_FARTHEST)
+    )
     if abs(at[0]) > 0.25 * skin.period:
         seen = f"position = {at[0]:.6g} m on a finger of {skin.period:.6g} m about"
         rule = "a body comes from above, and reaches the quarter on either side of y = 0"
@@ -197,20 +201,20 @@ class _Gap:
     indenter: Any
     at: float
 
-    def __call__(self, *places: FloatArray) -> FloatArray:
-        shape = np.broadcast_shapes(*map(np.shape, places))
-        said, own = f"{type(self.indenter).__name__}.height", self.indenter.height(*places)
+    def __call__(self, *mesh: FloatArray) -> FloatArray:
+        shape = np.broadcast_shapes(*map(np.shape, mesh))
+        said, own = f"{type(self.indenter).__name__}.height", self.indenter.height(*mesh)
         found: FloatArray = _check.returned(said, own, shape, exactly=True)
-        return np.asarray(found + self.skin.surface_drop(places[0] + self.at)) if len(places) == 1 else found
+        return np.asarray(found + self.skin.surface_drop(mesh[0] + self.at)) if len(mesh) == 1 else found
 
 
-def _same(after: Any, kind: Any, skin: Skin, at: Pair, gap: _Gap, load: Load) -> None:
+def _same(after: Any, kind: Any, skin: Skin, at: Pair, gap: _Gap, load: Asked) -> None:
     """Refuse a state before that is not one of this contact."""
     area = kind is LocalSolution
     if not isinstance(after, kind):
         rule = f"what an earlier press{' on an area' * area} returned is needed"
         raise InvalidValueError(f"after = {repr(after)[:60]}", rule, "after=press(...)")
-    height = gap(*after.case.places)
+    height = gap(*after.case.mesh)
     if after.skin != skin or not np.array_equal(after.position, at) or not np.array_equal(height, after.case.height):
         seen, rule = "after= of another skin, indenter or position", "the history of friction is that of one contact"
         raise GeometryError(seen, rule, "press the same bodies at the same position")
