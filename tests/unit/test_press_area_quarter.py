@@ -7,8 +7,8 @@ import pytest
 
 import subskin as ss
 from subskin import pressing as on
+from subskin.pressing.area import between
 from subskin.pressing.influence import influence
-from subskin.pressing.normal import between
 from subskin.pressing.quarter import corner, quarter, unfolded, with_parity
 
 RUBBER = ss.Material(0.4e6, 0.5)

@@ -2,9 +2,9 @@
 
 from .body import ConeTip, Ellipsoid, LocalIndenter, Roller, Sphere
 from .certificate import Certificate
-from .height_map import HeightMap
-from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
+from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, RoundedFlat, RoundedWedge, SineRidges
 from .press import press
+from .scanned import HeightMap, Profile
 from .shapes import Box, BoxCorner, BoxEdge, Pin, RidgedBody, Together
 from .solution import ContactSolution, LocalSolution, PressStatus
 

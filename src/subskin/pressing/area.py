@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from .._check import FloatArray
+from .bounded import solved
 from .case import Balance, BoolArray, Case, settled
+from .descent import Part, Problem
 from .influence import Influence
-from .lateral import Dragged, dragged, finer_drag
-from .normal import Pressed, finer, pressed
-from .quarter import corner, quarter, unfolded, with_parity
 
-__all__ = ["equilibrium"]
+__all__ = ["between", "equilibrium"]
 
 _COARSEST = 32
 _SAFE = 0.7
@@ -21,10 +21,7 @@ _SAFE = 0.7
 _ROUGH = 100.0
 """Times the tolerance to which a coarse grid is solved: it is only a start."""
 _MARGIN = 4
-_SAME = 1e-3
-"""Share of what counts by which both sides may differ and are still called the same."""
-_PARITIES = ((False, False), (True, True), (False, True))
-"""Whether q_y is odd along y and along z beneath a drag along y, a drag along z, a torsion."""
+_AT_BOUND = 1e-9
 _ROUND = 1.18
 """Approach of a sphere over the displacement in the middle of its contact, were the pressure even."""
 
@@ -88,20 +85,20 @@ def _tangential(case: Case, state: Balance) -> Balance:
         start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
     elif sticks is None:
         sticks = touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
-    limit = _SAFE * case.tolerance * state.scale
     part = _part(touch)
-    shape, box = (part[0].stop - part[0].start, part[1].stop - part[1].start), (slice(None), *part)
-    found = _dragged(
-        op.cropped(shape), (w - rigid)[box], held[part], (case.y[part[0]], case.z[part[1]]), targets, start[box],
-        sticks[part], limit,
-    )  # fmt: skip
-    shear = np.zeros(w.shape)
-    shear[box] = found.shear
-    motion = given + found.motion
-    sticks = np.zeros(p.shape, dtype=bool)
-    sticks[part] = found.sticks
-    steps = state.after(shear=found.products)
+    found = solved(_problem(case, state, (w - rigid, held), targets, start, sticks).on(part))
+    shear, sticks = np.zeros(w.shape), np.zeros(p.shape, dtype=bool)
+    shear[..., *part], sticks[part] = found.x, found.free
+    motion, steps = given + found.motion, state.after(shear=found.products)
     return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), steps=steps, sticks=sticks)
+
+
+def _problem(
+    case: Case, state: Balance, rules: tuple[FloatArray, Any], targets: FloatArray, start: FloatArray, free: Any
+) -> Problem:
+    """As `Problem`, of w and of what bounds."""
+    limit = _SAFE * case.tolerance * state.scale
+    return Problem(case.influence, *rules, (case.y, case.z), targets, start, free, limit)
 
 
 def _sliding(case: Case, state: Balance, held: FloatArray, w: FloatArray) -> Balance | None:
@@ -180,10 +177,13 @@ def _normal(case: Case, state: Balance, lifted: FloatArray) -> Balance:
             f -= case.leaning(load.tilt)
     else:
         targets[1:] = load.moment / case.cell
-    limit = _SAFE * case.tolerance * state.scale
-    found, part = _on_part(case, f, body, targets, state, limit)
+    whole, part = _problem(case, state, (f, body), targets, state.pressure, state.touches), _part(state.touches)
+    found = solved(whole.on(part))
+    if not _within(found.free, part, f.shape):  # more than the part and its margin
+        part = (slice(0, f.shape[0]), slice(0, f.shape[1]))
+        found = solved(whole.on(part))
     pressure, touches = np.zeros(f.shape), np.zeros(f.shape, dtype=bool)
-    pressure[part], touches[part] = found.pressure, found.touches
+    pressure[part], touches[part] = found.x, found.free
     motion = given + found.motion
     depth, tilt = float(motion[0]), motion[1:]
     top = float(pressure.max(initial=0.0))
@@ -192,89 +192,16 @@ def _normal(case: Case, state: Balance, lifted: FloatArray) -> Balance:
     return replace(state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale, steps=steps)
 
 
-def _on_part(
-    case: Case, f: FloatArray, body: BoolArray, targets: FloatArray, state: Balance, limit: float
-) -> tuple[Pressed, tuple[slice, slice]]:
-    """Solve on the part of the grid that a start touches, and a margin; on all of it where that is not enough."""
-    part = _part(state.touches)
-    while True:
-        nodes = case.y[part[0]], case.z[part[1]]
-        shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
-        found = _pressed(
-            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], nodes, targets,
-            state.pressure[part], state.touches[part], limit,
-        )  # fmt: skip
-        if shape == f.shape:
-            return found, part
-        rim = found.touches.copy()
-        rim[1:-1, 1:-1] = False
-        whole = np.zeros(f.shape, dtype=bool)
-        whole[part] = rim
-        inner = np.zeros(f.shape, dtype=bool)
-        inner[1:-1, 1:-1] = True
-        if not (whole & inner).any():
-            return found, part
-        part = (slice(0, f.shape[0]), slice(0, f.shape[1]))
+def _within(touches: BoolArray, part: Part, shape: tuple[int, ...]) -> bool:
+    """Whether what touches on a part keeps from its rim, but where that is the grid's."""
+    for axis, side in enumerate(part):
+        rim = np.moveaxis(touches, axis, 0)
+        if (side.start > 0 and rim[0].any()) or (side.stop < shape[axis] and rim[-1].any()):
+            return False
+    return True
 
 
-def _pressed(
-    op: Influence,
-    f: FloatArray,
-    body: BoolArray,
-    nodes: tuple[FloatArray, FloatArray],
-    targets: FloatArray,
-    start: FloatArray,
-    touches: BoolArray,
-    limit: float,
-) -> Pressed:
-    """As `pressed`, on a quarter where that says all."""
-    even = not np.nan_to_num(targets[1:]).any() and _centred(nodes)
-    even = even and not (body != body[::-1]).any() and not (body != body[:, ::-1]).any()
-    if not even or not with_parity(f, (False, False), _SAME * limit):
-        return pressed(op, f, body, nodes, targets, start, touches, limit)
-    n, k = (count // 2 for count in f.shape)
-    found = pressed(
-        quarter(op), corner(f), corner(body), (nodes[0][n:], nodes[1][k:]),
-        np.array([0.25 * targets[0], np.nan, np.nan]), corner(start), corner(touches), limit,
-    )  # fmt: skip
-    return replace(found, pressure=unfolded(found.pressure), touches=unfolded(found.touches))
-
-
-def _dragged(
-    op: Influence,
-    w: FloatArray,
-    held: FloatArray,
-    nodes: tuple[FloatArray, FloatArray],
-    targets: FloatArray,
-    start: FloatArray,
-    sticks: BoolArray,
-    limit: float,
-) -> Dragged:
-    """As `dragged`, on a quarter where that says all: what is asked for and what moves have one parity."""
-    if _centred(nodes) and with_parity(held, (False, False), 0.0):
-        for at, odd in enumerate(_PARITIES):
-            asked = np.nan_to_num(np.delete(targets, at)).any()
-            other = (not odd[0], not odd[1])
-            if asked or not (with_parity(w[0], odd, _SAME * limit) and with_parity(w[1], other, _SAME * limit)):
-                continue
-            n, k = (count // 2 for count in held.shape)
-            kept = np.full(3, np.nan)
-            kept[at] = 0.25 * targets[at]
-            found = dragged(
-                quarter(op, odd), corner(w), corner(held), (nodes[0][n:], nodes[1][k:]), kept, corner(start),
-                corner(sticks), limit,
-            )  # fmt: skip
-            shear = np.stack([unfolded(found.shear[0], odd), unfolded(found.shear[1], other)])
-            return replace(found, shear=shear, sticks=unfolded(found.sticks))
-    return dragged(op, w, held, nodes, targets, start, sticks, limit)
-
-
-def _centred(nodes: tuple[FloatArray, FloatArray]) -> bool:
-    """Whether nodes stand in pairs on either side of both axes."""
-    return all(at.size % 2 == 0 and np.abs(at + at[::-1]).max() <= _SAME * (at[1] - at[0]) for at in nodes)
-
-
-def _part(touches: BoolArray) -> tuple[slice, slice]:
+def _part(touches: BoolArray) -> Part:
     """The box about what touches, with a margin, of sizes that are shared by many contacts and quick to transform."""
     from scipy.fft import next_fast_len
 
@@ -287,3 +214,68 @@ def _part(touches: BoolArray) -> tuple[slice, slice]:
         first = int(np.clip((low + high + 1 - size) // 2, 0, count - size))
         out.append(slice(first, first + size))
     return out[0], out[1]
+
+
+def finer(pressure: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """A start on a grid twice as fine, and who may touch there.
+
+    At the rim the square of the pressure falls in a straight line, so the square is interpolated; beyond the rim it is
+    continued by that line, below 0, and tells where between two nodes the contact ends.
+    """
+    square = pressure**2
+    n, k = square.shape
+    wide = np.pad(square, 2)
+    rim = np.zeros((n, k), dtype=bool)
+    touch = wide > 0
+    outside = ~touch[2:-2, 2:-2]
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            if i or j:
+                rim |= touch[2 + i : 2 + i + n, 2 + j : 2 + j + k]
+    rim &= outside
+    at = np.flatnonzero(rim)
+    row, column = np.unravel_index(at, (n, k))
+    total, lines = np.zeros(at.size), np.zeros(at.size)
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            if i or j:
+                one = wide[row + 2 + i, column + 2 + j]
+                two = wide[row + 2 + 2 * i, column + 2 + 2 * j]
+                both = (one > 0) & (two > 0)
+                total += np.where(both, 2 * one - two, 0.0)
+                lines += both
+    square.flat[at] = np.minimum(total / np.maximum(lines, 1.0), 0.0)
+    out = between(square)
+    return np.sqrt(np.maximum(out, 0.0)), out > 0
+
+
+def between(values: FloatArray) -> FloatArray:
+    """Bilinear values (..., 2 n, 2 k) at nodes of half the step, of which two stand about each node."""
+    for axis in (-2, -1):
+        values = np.moveaxis(values, axis, 0)
+        out = np.empty((2 * len(values), *values.shape[1:]))
+        shares = 0.25 * np.concatenate([values[:1], values, values[-1:]])
+        np.add(shares[:-2], 3 * shares[1:-1], out=out[::2])
+        np.add(shares[2:], 3 * shares[1:-1], out=out[1::2])
+        values = np.moveaxis(out, 0, axis)
+    return np.ascontiguousarray(values)
+
+
+def finer_drag(shear: FloatArray, held: FloatArray, finer_held: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """A start on a grid twice as fine, and who may stick there, for the drag friction holds there.
+
+    What friction still holds falls to 0 at the end of the stick zone as the pressure does at the rim (`finer`). The
+    direction is that of the coarse drag, also one node beyond it.
+    """
+    size = np.sqrt((shear**2).sum(axis=0))
+    left = held - size
+    left, sticks = finer(np.where(left > _AT_BOUND * held, left, 0.0))
+    unit = shear / np.where(size > 0, size, np.inf)
+    wide = np.pad(unit, ((0, 0), (1, 1), (1, 1)))
+    rows = wide[:, :-2] + wide[:, 1:-1] + wide[:, 2:]
+    unit = np.where(size > 0, unit, rows[..., :-2] + rows[..., 1:-1] + rows[..., 2:])
+    unit /= np.maximum(np.sqrt((unit**2).sum(axis=0)), 1e-300)
+    q = between(unit)
+    size = np.sqrt((q**2).sum(axis=0))
+    length = np.maximum(finer_held - np.where(sticks, left, 0.0), 0.0)
+    return q * (length / np.where(size > 0, size, np.inf)), sticks & (finer_held > 0)

@@ -12,19 +12,9 @@ import numpy.typing as npt
 from .. import _check, _hooks
 from .._check import FloatArray
 from .._declared import Angle, Extent, Length, Noun, Positive
+from .indenter import beyond, tip
 
-__all__ = [
-    "ANYWHERE",
-    "ConeTip",
-    "Ellipsoid",
-    "Ends",
-    "LocalIndenter",
-    "Roller",
-    "Sphere",
-    "beyond",
-    "points",
-    "turned",
-]
+__all__ = ["ANYWHERE", "ConeTip", "Ellipsoid", "Ends", "LocalIndenter", "Roller", "Sphere", "points", "turned"]
 
 Ends = tuple[tuple[float, float], tuple[float, float]]
 ANYWHERE = (-np.inf, np.inf)
@@ -36,6 +26,8 @@ class LocalIndenter(Noun, ABC):
     y and z count from its own centre. Slopes are taken to be small, as everywhere in the theory; a warning comes with
     an answer in which they are not.
     """
+
+    EXAMPLE = "Sphere(radius=8e-3)"
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -176,10 +168,7 @@ class ConeTip(LocalIndenter):
     tip_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        r, reach = np.hypot(*points(y, z)), self.slope * self.tip_radius
-        side = self.slope * (r - 0.5 * reach)
-        tip = r**2 / (2 * self.tip_radius) if self.tip_radius else side
-        return np.asarray(np.where(r < reach, tip, side))
+        return tip(np.hypot(*points(y, z)), self.slope, self.tip_radius)
 
 
 def turned(y: FloatArray, z: FloatArray, azimuth: float) -> tuple[FloatArray, FloatArray]:
@@ -188,9 +177,3 @@ def turned(y: FloatArray, z: FloatArray, azimuth: float) -> tuple[FloatArray, Fl
         return y, z
     c, s = np.cos(azimuth), np.sin(azimuth)
     return np.asarray(c * y + s * z), np.asarray(c * z - s * y)
-
-
-def beyond(distance: FloatArray, radius: float) -> FloatArray:
-    """Height beyond an end, where it is rounded with `radius`."""
-    out = np.maximum(distance, 0.0)
-    return np.asarray(out**2 / (2 * radius) if radius else np.where(distance > 0, np.inf, 0.0))

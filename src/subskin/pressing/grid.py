@@ -17,10 +17,9 @@ from ..skin import Skin
 from . import area, row
 from .beyond import touches_beyond
 from .body import LocalIndenter
-from .case import Balance, BoolArray, Case
+from .case import Asked, Balance, BoolArray, Case
 from .indenter import Indenter
 from .influence import influence
-from .load import Asked
 
 __all__ = ["Grid", "continued", "fresh"]
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._declared import Extent, Length, Noun, Positive, Real
-from ..errors import GeometryError, InvalidValueError
+from ..errors import GeometryError
 
 __all__ = [
     "Cylinder",
@@ -21,13 +20,14 @@ __all__ = [
     "Flat",
     "Indenter",
     "ParticleOnFlat",
-    "Profile",
     "RoundedFlat",
     "RoundedWedge",
     "SineRidges",
+    "beyond",
+    "tip",
+    "waves",
 ]
 
-_MOST_POINTS = 10**7
 _Endless: TypeAlias = Annotated[float, Real("m", above=0.0, finite=False)]
 
 
@@ -62,6 +62,24 @@ class Indenter(Noun, ABC):
 
 def _positions(y: npt.ArrayLike) -> FloatArray:
     return _check.real("y", y, unit="m")
+
+
+def beyond(distance: FloatArray, radius: float) -> FloatArray:
+    """Height beyond an end, where it is rounded with `radius`."""
+    out = np.maximum(distance, 0.0)
+    return np.asarray(out**2 / (2 * radius) if radius else np.where(distance > 0, np.inf, 0.0))
+
+
+def tip(distance: FloatArray, slope: float, radius: float) -> FloatArray:
+    """Height of a side of this slope, whose tip is rounded with `radius`."""
+    reach = slope * radius
+    side = slope * (distance - 0.5 * reach)
+    return np.asarray(np.where(distance < reach, distance**2 / (2 * radius), side) if radius else side)
+
+
+def waves(across: FloatArray, pitch: float, amplitude: float) -> FloatArray:
+    """Height of ridges, amplitude (1 - cos(2 pi across / pitch))."""
+    return np.asarray(2 * amplitude * np.sin(np.pi * across / pitch) ** 2)
 
 
 @dataclass(frozen=True)
@@ -120,17 +138,11 @@ class Edge(Indenter):
     edge_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return _beyond(_positions(y), self.edge_radius)
+        return beyond(_positions(y), self.edge_radius)
 
     @property
     def ends(self) -> tuple[float, float]:  # noqa: D102
         return -np.inf, np.inf if self.edge_radius else 0.0
-
-
-def _beyond(distance: FloatArray, radius: float) -> FloatArray:
-    """Height beyond the end of a flat, where it is rounded with `radius`."""
-    out = np.maximum(distance, 0.0)
-    return np.asarray(out**2 / (2 * radius) if radius else np.where(distance > 0, np.inf, 0.0))
 
 
 @dataclass(frozen=True)
@@ -154,7 +166,7 @@ class RoundedFlat(Indenter):
     edge_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return _beyond(np.abs(_positions(y)) - self.half_width, self.edge_radius)
+        return beyond(np.abs(_positions(y)) - self.half_width, self.edge_radius)
 
     @property
     def ends(self) -> tuple[float, float]:  # noqa: D102
@@ -183,11 +195,7 @@ class RoundedWedge(Indenter):
     tip_radius: Extent = 0.0
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        distance = np.abs(_positions(y))
-        reach = self.slope * self.tip_radius
-        side = self.slope * (distance - 0.5 * reach)
-        tip = distance**2 / (2 * self.tip_radius) if self.tip_radius else side
-        return np.asarray(np.where(distance < reach, tip, side))
+        return tip(np.abs(_positions(y)), self.slope, self.tip_radius)
 
 
 @dataclass(frozen=True)
@@ -215,7 +223,7 @@ class SineRidges(Indenter):
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys = _positions(y)
-        return np.asarray(2 * self.amplitude * np.sin(np.pi * ys / self.pitch) ** 2 + ys**2 / (2 * self.radius))
+        return waves(ys, self.pitch, self.amplitude) + ys**2 / (2 * self.radius)
 
     def check_period(self, period: float) -> None:  # noqa: D102
         count = period / self.pitch
@@ -267,101 +275,3 @@ class ParticleOnFlat(Indenter):
     @property
     def ends(self) -> tuple[float, float]:  # noqa: D102
         return -self.flat_half_width, self.flat_half_width
-
-
-@dataclass(frozen=True)
-class _Lowered:
-    """A function whose lowest value is taken off; it pickles where the function does."""
-
-    function: Callable[[FloatArray], npt.ArrayLike]
-    lowest: float
-
-    def __call__(self, y: FloatArray) -> FloatArray:
-        return np.asarray(self.function(y), dtype=np.float64) - self.lowest
-
-
-@dataclass(frozen=True, eq=False)
-class Profile(Indenter):
-    """A measured profile: points joined by straight lines; there is nothing beyond the first and the last.
-
-    Parameters
-    ----------
-    y : array_like, shape (n,)
-        Positions [m], ascending, n >= 2.
-    height_at : array_like, shape (n,)
-        Heights [m], larger is farther from the skin; the lowest is taken off, as depth counts from it.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        A gap (a value that is not finite), fewer than two points, positions that do not ascend.
-
-    Examples
-    --------
-    >>> Profile([-1e-3, 0.0, 1e-3], [2e-4, 1e-4, 3e-4]).height([0.0, 0.5e-3, 2e-3]).round(9).tolist()
-    [0.0, 0.0001, inf]
-    """
-
-    y: npt.ArrayLike
-    height_at: npt.ArrayLike
-    _function: Callable[[FloatArray], FloatArray] | None = field(default=None, repr=False)
-
-    def __post_init__(self) -> None:
-        fix = "fill the gaps, e.g. np.interp over the points that there are"
-        y = _check.real("y", self.y, unit="m", fix=fix)
-        height = _check.real("height_at", self.height_at, unit="m", fix=fix)
-        if y.ndim != 1 or y.shape != height.shape or y.size < 2:
-            seen = f"y of shape {y.shape}, height_at of shape {height.shape}"
-            raise GeometryError(
-                seen,
-                "a profile needs two points or more, a height for each position",
-                "Profile([-1e-3, 0, 1e-3], [1e-4, 0, 1e-4])",
-            )
-        if not (np.diff(y) > 0).all():
-            at = int(np.argmin(np.diff(y)))
-            seen = f"y[{at}] = {y[at]:.6g}, y[{at + 1}] = {y[at + 1]:.6g}"
-            raise GeometryError(seen, "the positions have to ascend", "sort the points, and keep one of each")
-        object.__setattr__(self, "y", y)
-        object.__setattr__(self, "height_at", _check.read_only(height - height.min()))
-
-    @classmethod
-    def from_function(
-        cls, function: Callable[[FloatArray], npt.ArrayLike], low: float, high: float, points: int = 4097
-    ) -> Profile:
-        """A profile given by a `function` of the position y [m], from `low` to `high` [m].
-
-        The function itself is evaluated at the solver's nodes; `points` are for finding its lowest point.
-
-        Examples
-        --------
-        >>> bump = Profile.from_function(lambda y: 5e-5 * (1 - np.exp(-(y / 1e-3) ** 2)), -3e-3, 3e-3)
-        >>> float(bump.height(0.0))
-        0.0
-        """
-        if not callable(function):
-            raise InvalidValueError(
-                f"function = {function!r}", "a function of the positions y is needed", "lambda y: y**2 / 16e-3"
-            )
-        count = _check.whole("points", points, at_least=2, at_most=_MOST_POINTS, fix="points=4001")
-        y = np.linspace(_check.scalar("low", low, unit="m"), _check.scalar("high", high, unit="m"), int(count))
-        raw = _check.real("height", function(y), unit="m", fix="end the profile where the function does")
-        if raw.shape != y.shape:
-            raise GeometryError(
-                f"height of shape {raw.shape}", f"the function has to return shape {y.shape}", "np.vectorize(function)"
-            )
-        lowest = float(raw.min())
-        return cls(y, raw, _Lowered(function, lowest))
-
-    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        ys = _positions(y)
-        low, high = self.ends
-        inside = (ys >= low) & (ys <= high)
-        at = np.clip(ys, low, high)
-        points = np.asarray(self.y, dtype=np.float64)
-        values = np.interp(at, points, np.asarray(self.height_at)) if self._function is None else self._function(at)
-        return np.asarray(np.where(inside, values, np.inf))
-
-    @property
-    def ends(self) -> tuple[float, float]:  # noqa: D102
-        points = np.asarray(self.y, dtype=np.float64)
-        return float(points[0]), float(points[-1])

@@ -21,19 +21,17 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..skin import Skin
 from ._area_kernel import scaled, turned
+from .quarter import Signs, inverted, lateral_inverse, quick, spectrum
 
-__all__ = ["Influence", "influence", "inverted", "lateral_inverse", "spectrum"]
+__all__ = ["Influence", "influence"]
 
 _ALIASES = 60
 """Most multiples of the grid's own wavenumber summed one by one in a periodic row."""
 _STILL = 1e-6
 """Wavenumber times thickness at which a wave on a skin with a ground is as good as none: what is left is its square."""
 _DATUM_STEPS = 256
-_LEAST = 0.1
-"""A direction in which the drag's own circulant falls beneath this share of the other is lifted to it."""
 
 Maps = npt.NDArray[Any]
-Signs = tuple[int, ...]
 
 _SIGNS: dict[int, tuple[Signs, ...]] = {1: ((1,), (1,), (-1,)), 2: ((1, 1), (1, 1), (1, 1), (-1, -1), (-1, 1), (1, -1))}
 """Whether rows are even or odd along each axis."""
@@ -88,11 +86,11 @@ class Influence(Frozen):
 
     @cached_property
     def _padded(self) -> tuple[int, ...]:
-        return self.shape if self.periodic else _quick([2 * count - 1 for count in self.shape])
+        return self.shape if self.periodic else quick([2 * count - 1 for count in self.shape])
 
     @cached_property
     def _tiled(self) -> tuple[int, ...]:
-        return self.shape if self.periodic else _quick(self.shape)
+        return self.shape if self.periodic else quick(self.shape)
 
     @cached_property
     def _spectra(self) -> list[FloatArray]:
@@ -283,66 +281,11 @@ def _turned(waves: Maps, by: Any) -> Maps:
     return waves
 
 
-def spectrum(row: FloatArray, size: tuple[int, ...], signs: Signs) -> FloatArray:
-    """Real spectrum of a row put round a torus; of a row that is odd one way the imaginary part."""
-    from scipy.fft import rfftn
-
-    nearest, shares = [], []
-    for count, length, sign in zip(row.shape, size, signs, strict=True):
-        j = np.arange(length)
-        away = np.minimum(j, length - j)
-        share = np.where(j <= length - j, 1.0, sign) * (away < count)
-        if sign < 0:
-            share[(2 * j) % length == 0] = 0.0
-        nearest.append(np.minimum(away, count - 1))
-        shares.append(share)
-    values = row[np.ix_(*nearest)]
-    for share in np.ix_(*shares):
-        values = values * share
-    waves = rfftn(values)
-    return np.ascontiguousarray(waves.real if np.prod(signs) > 0 else waves.imag)
-
-
 def _halves(count: int, i: int, sign: int) -> Iterator[tuple[slice, slice, int]]:
     """Parts of a row, of the nodes on either side of node i, and by what they are turned: odd rows have no middle."""
     first = int(sign < 0)
     yield slice(first, count - i), slice(i + first, count), sign
     yield slice(1, i + 1), slice(i - 1, None, -1) if i else slice(0, 0), 1
-
-
-def inverted(values: FloatArray) -> FloatArray:
-    """What undoes a real spectrum, nearly. `values` is overwritten."""
-    _mean_mended(values)
-    # all are positive where the row falls ever more slowly; elsewhere the few that are not are lifted
-    return np.asarray(1 / np.maximum(values, 0.2 * np.abs(values).min(initial=np.inf, where=values > 0)))
-
-
-def _mean_mended(values: FloatArray) -> None:
-    """The mean is poorly known, and mended by the sums: as the longest wave."""
-    values.flat[0] = values[1] if values.ndim == 1 else min(values[0, 1], values[1, 0])
-
-
-def lateral_inverse(yy: FloatArray, zz: FloatArray, yz: FloatArray) -> npt.NDArray[np.float32]:
-    """What undoes the symmetric matrix of three real spectra, nearly. They are overwritten."""
-    for part in (yy, zz):
-        _mean_mended(part)
-    mean, half = 0.5 * (yy + zz), 0.5 * (yy - zz)
-    size = np.hypot(half, yz)
-    least = np.abs(mean).min(initial=np.inf, where=mean > 0)
-    mean = np.maximum(mean, least)
-    keep = np.minimum(1.0, (1 - _LEAST) * mean / np.maximum(size, 1e-300))
-    half, yz, size = half * keep, yz * keep, size * keep
-    det = (mean - size) * (mean + size)
-    return np.stack([(mean - half) / det, (mean + half) / det, -yz / det]).astype(np.float32)
-
-
-def _quick(least: Any) -> tuple[int, ...]:
-    """Lengths that are quick to transform and not less: of a row the powers of two, by which its own loop goes."""
-    from scipy.fft import next_fast_len
-
-    if len(least) == 1:
-        return (1 << max(least[0] - 1, 7).bit_length(),)
-    return tuple(next_fast_len(length, True) for length in least)
 
 
 @lru_cache(maxsize=32)
@@ -363,7 +306,7 @@ def influence(
         rows = np.ascontiguousarray(skin.area_influence(step, shape, drag))
     else:
         (count,) = shape
-        every = _periodic(skin, step, count) if periodic else _plain(skin, step, count, datum)
+        every = _repeated(skin, step, count) if periodic else _plain(skin, step, count, datum)
         rows = every[[0, 1, 0], [0, 1, 1]]
     rows.flags.writeable = False
     return Influence(rows, periodic)
@@ -381,15 +324,21 @@ def _plain(skin: Skin, step: float, count: int, datum: float | None) -> FloatArr
     return rows
 
 
-def _diagonal(matrix: FloatArray) -> FloatArray:
-    return np.where(np.eye(2, dtype=bool), matrix, 0.0)[:, :, None]
+def _repeated(skin: Skin, step: float, count: int) -> FloatArray:
+    """The same where hats repeat every `count` nodes; without a ground, without the mean."""
+    rows = _waves_that_fit(skin, step, count)
+    if skin.grounded:
+        # what the waves leave out: an even traction, of which a hat is one count-th
+        rows += _diagonal(skin.surface_compliance(_STILL / skin.thickness)) / count
+    return rows
 
 
-def _periodic(skin: Skin, step: float, count: int) -> FloatArray:
-    """The same where hats repeat every `count` nodes: a sum over the waves that fit, without a ground without the mean.
+def _waves_that_fit(skin: Skin, step: float, count: int) -> FloatArray:
+    """Influence where hats repeat every `count` nodes: a sum over the waves that fit.
 
-    On a grid a wave is known up to multiples of the grid's own wavenumber g. In the sum over those, each with the hat's
-    spectrum, C(k) k soon is that of short waves; from there on it is a zeta function.
+    The mean is left out. On a grid a wave is known up to multiples of the grid's own wavenumber
+    g. In the sum over those, each with the hat's spectrum, C(k) k soon is that of short waves; from there on it is a
+    zeta function.
     """
     from scipy.fft import irfft
     from scipy.special import zeta
@@ -415,8 +364,8 @@ def _periodic(skin: Skin, step: float, count: int) -> FloatArray:
     waves = values * np.array([[1, 1j], [-1j, 1]])[:, :, None]
     if count % 2 == 0:
         waves[0, 1, -1] = waves[1, 0, -1] = 0.0
-    rows = irfft(np.concatenate([np.zeros((2, 2, 1)), waves], axis=2), count)
-    if skin.grounded:
-        # what the waves leave out: an even traction, of which a hat is one count-th
-        rows += _diagonal(skin.surface_compliance(_STILL / skin.thickness)) / count
-    return np.asarray(rows)
+    return np.asarray(irfft(np.concatenate([np.zeros((2, 2, 1)), waves], axis=2), count))
+
+
+def _diagonal(matrix: FloatArray) -> FloatArray:
+    return np.where(np.eye(2, dtype=bool), matrix, 0.0)[:, :, None]

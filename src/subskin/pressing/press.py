@@ -12,10 +12,10 @@ from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..skin import Skin
 from .body import LocalIndenter
+from .case import Asked, along_axes, asked
 from .certificate import certify, displaced
 from .grid import Grid, continued, fresh
 from .indenter import Indenter
-from .load import Asked, along_axes, asked
 from .solution import ContactSolution, LocalSolution, PressStatus
 from .verdict import believable, judged
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._declared import Angle, Extent, Length, Positive
+from .._declared import Angle, Extent, Length, Positive, Real
 from ..errors import GeometryError, InvalidValueError
-from .body import ANYWHERE, Ends, LocalIndenter, beyond, points, turned
+from .body import ANYWHERE, Ends, LocalIndenter, points, turned
+from .indenter import beyond, tip, waves
 
 __all__ = ["Box", "BoxCorner", "BoxEdge", "Pin", "RidgedBody", "Together"]
 
@@ -111,10 +113,8 @@ class BoxEdge(LocalIndenter):
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys, zs = turned(*points(y, z), self.azimuth)
-        away, reach = np.abs(ys), self.slope * self.edge_radius
-        side = self.slope * (away - 0.5 * reach)
-        tip = away**2 / (2 * self.edge_radius) if self.edge_radius else side
-        return np.asarray(np.where(away < reach, tip, side) + beyond(np.abs(zs) - self.half_length, self.edge_radius))
+        end = beyond(np.abs(zs) - self.half_length, self.edge_radius)
+        return tip(np.abs(ys), self.slope, self.edge_radius) + end
 
     @property
     def ends(self) -> Ends:  # noqa: D102
@@ -194,13 +194,9 @@ class RidgedBody(LocalIndenter):
     amplitude: Extent
     azimuth: Angle = 0.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        bodies(self.body)
-
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         across, _ = turned(*points(y, z), self.azimuth)
-        return np.asarray(self.body.height(y, z) + 2 * self.amplitude * np.sin(np.pi * across / self.pitch) ** 2)
+        return np.asarray(self.body.height(y, z) + waves(across, self.pitch, self.amplitude))
 
     @property
     def ends(self) -> Ends:  # noqa: D102
@@ -238,21 +234,19 @@ class Together(LocalIndenter):
     """
 
     bodies: Sequence[LocalIndenter]
-    positions: npt.ArrayLike
-    raised: npt.ArrayLike = 0.0
+    positions: Annotated[npt.ArrayLike, Real("m")]
+    raised: Annotated[npt.ArrayLike, Real("m", at_least=0.0)] = 0.0
 
     def __post_init__(self) -> None:
-        each = _check.several("bodies", self.bodies, LocalIndenter, "[Sphere(radius=8e-3)]")
-        object.__setattr__(self, "bodies", bodies(*each))
-        at = _check.real("positions", self.positions, unit="m")
+        super().__post_init__()
+        if not self.bodies:
+            raise InvalidValueError("no body", "bodies that press on an area are needed", "Sphere(radius=8e-3)")
+        at = np.asarray(self.positions)
         if at.shape != (len(self.bodies), 2):
             seen = f"positions of shape {at.shape} for {len(self.bodies)} bodies"
             raise GeometryError(seen, "each body has a position (y, z)", "[(-2e-3, 0.0), (2e-3, 0.0)]")
-        high = _check.real("raised", self.raised, unit="m", at_least=0.0)
-        high = _check.for_each("raised", high, len(self.bodies), "body")
-        high = high - high.min()
-        object.__setattr__(self, "positions", at)
-        object.__setattr__(self, "raised", _check.read_only(high))
+        high = _check.for_each("raised", np.asarray(self.raised), len(self.bodies), "body")
+        object.__setattr__(self, "raised", _check.read_only(high - high.min()))
 
     @property
     def _each(self) -> list[tuple[LocalIndenter, FloatArray, float]]:
@@ -273,12 +267,3 @@ class Together(LocalIndenter):
     def centre(self) -> tuple[float, float]:  # noqa: D102
         lowest, at, _ = min(self._each, key=lambda one: one[2])
         return lowest.centre[0] + float(at[0]), lowest.centre[1] + float(at[1])
-
-
-def bodies(*given: object) -> tuple[LocalIndenter, ...]:
-    """The same, if they are bodies on an area, and at least one."""
-    wrong = [one for one in given if not isinstance(one, LocalIndenter)]
-    if wrong or not given:
-        seen = f"{type(wrong[0]).__name__}" if wrong else "no body"
-        raise InvalidValueError(seen, "bodies that press on an area are needed", "Sphere(radius=8e-3)")
-    return tuple(one for one in given if isinstance(one, LocalIndenter))

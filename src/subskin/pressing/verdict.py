@@ -11,7 +11,7 @@ from .._check import FloatArray
 from ..contact import PressureProfile
 from ..errors import InvalidValueError, SingularPointWarning
 from .certificate import Certificate
-from .indenter import Profile
+from .scanned import Profile
 from .solution import ContactSolution, LocalSolution, PressStatus
 
 __all__ = ["Judgement", "believable", "judged"]
