@@ -17,7 +17,7 @@ NEAR = np.array([5, 6, 9, 10, 1, 2, 4, 7, 8, 11, 13, 14])  # all but the corners
 
 
 def case(kind, friction, angle=0.3, noise=0.0, deepest=1.0):
-    """A finger's response, whitened readings, the loop's model, and the climbed top.
+    """A finger's response, whitened readings, the loop's model, and fits: the climbed top, one more, and nothing.
 
     Sensors of one depth read a series (`RadialResponse.series`), of two tables.
     """
@@ -27,7 +27,7 @@ def case(kind, friction, angle=0.3, noise=0.0, deepest=1.0):
     locator = tip.locator()
     model = PointModel(*locator._prepare(np.ones(16, dtype=bool))[1])
     w = np.asarray(tip.read(load)) * 1e3 + noise * np.random.default_rng(5).normal(size=16)
-    scratch, fits = np.zeros((ROWS, 17)), np.zeros(2, FIT)
+    scratch, fits = np.zeros((ROWS, 17)), np.zeros(3, FIT)
     model = model._replace(rows=scratch, bits=scratch.view(np.int64))
     climb_to(w, model, Limits(friction), fits)
     return locator.response, w, model, fits
@@ -41,17 +41,18 @@ def climb_to(w, model, limits, fits):
 
 @compiled()
 def falls_of(w, model, friction, box, reach, fits, lanes):
-    return falls(w, model, friction, box, fits[0], ROOT, reach, fits[1], lanes)
+    return falls(w, model, friction, box, fits[0], fits[2], ROOT, reach, fits[1], lanes)
 
 
 @compiled()
-def beyond_near_of(w, model, limits, fits, lanes):
-    beyond_near(w, model, limits, fits[0], fits[1], lanes)
+def beyond_near_of(w, model, limits, fits):
+    beyond_near(w, model, limits, fits[0], fits[2])
 
 
-def quick(w, model, friction, fits, lanes, reach=2.5, box=BOX):
+def quick(w, model, friction, fits, reach=2.5, box=BOX):
     """The falls, and the highest position of the eight."""
     fits[1] = np.full(1, -np.inf).astype(FIT)[0]
+    lanes = np.zeros(LANES)
     least = falls_of(w, model, friction, box, reach, fits, lanes)
     assert least == min(lanes[:8].min(), reach**2)
     return lanes[:8].copy(), fits[1].copy()
@@ -94,7 +95,7 @@ def test_falls_are_those_of_least_squares(kind, deepest, friction, angle):
     response, w, model, fits = case(kind, friction, angle, noise=1.0, deepest=deepest)
     fit = fits[0]
     assert (len(model.table) == 1) == (deepest == 1.0)
-    found, best = quick(w, model, friction, fits, np.zeros(LANES))
+    found, best = quick(w, model, friction, fits)
     np.testing.assert_allclose(found, by_numpy(response, w, fit, friction), rtol=5e-4, equal_nan=False)
     highest = np.argmin(found)
     np.testing.assert_allclose(where_is(best), where_is(fit) + moves(2.5)[highest], rtol=1e-12, equal_nan=False)
@@ -105,7 +106,7 @@ def test_outside_the_box_s_is_taken_to_fall_as_at_the_top():
     response, w, model, fits = case(ss.NormalStrain(), 1.0, noise=1.0)
     fit = fits[0]
     box = np.array([fit["y"], 5.0, -5.0, 5.0])  # half of the positions
-    found, _ = quick(w, model, 1.0, fits, np.zeros(LANES), box=box)
+    found, _ = quick(w, model, 1.0, fits, box=box)
     outside = moves(2.5)[:, 0] < 0
     assert 0 < outside.sum() < 8
     np.testing.assert_array_equal(found[outside], 2.5**2)
@@ -116,11 +117,11 @@ def test_outside_the_box_s_is_taken_to_fall_as_at_the_top():
 def test_sensors_left_out_count_as_at_the_top():
     """Their readings are straight in the move there, as the slopes of the response say; against least squares."""
     response, w, model, fits = case(ss.NormalStrain(), 1.0, noise=1.0)
-    fit, lanes = fits[0], np.zeros(LANES)
+    fit = fits[0]
     its_first = np.append(model.first[NEAR], model.first[-1])
     near = model._replace(sensors=np.ascontiguousarray(model.sensors[:, NEAR]), first=its_first)
-    beyond_near_of(w[NEAR], near, Limits(1.0), fits, lanes)
-    found, _ = quick(w[NEAR], near, 1.0, fits, lanes)
+    beyond_near_of(w[NEAR], near, Limits(1.0), fits)
+    found, _ = quick(w[NEAR], near, 1.0, fits)
     force = np.array([fit[name] for name in ("n", "ty", "tz")])
     top, others = where_is(fit), np.setdiff1d(np.arange(16), NEAR)
     at_top = response(top) * 1e3

@@ -7,9 +7,8 @@ import pytest
 from numba import typeof
 
 import subskin as ss
-from subskin.estimate.area.far import far_from, nodes_of
-from subskin.estimate.area.reach import crowded, regions_left
-from subskin.estimate.area.tiles import boxes_beyond, nodes_beyond
+from subskin.estimate.area.far import crowded, far_from, nodes_of, regions_left
+from subskin.estimate.area.tiles import Seen, boxes_beyond, nodes_beyond
 
 D = 2e-3  # m
 RUBBER = ss.Material(young=0.4e6, poisson=0.5)
@@ -18,6 +17,10 @@ HALF = 1.5 * D  # of the array
 
 def finger_of(transducer, noise=1.0):
     return ss.Finger(ss.HalfSpace(RUBBER), ss.SensorArray.grid((4, 4), D, D, transducer=transducer, noise=noise))
+
+
+def seen_by(finger, friction=1.0):
+    return Seen(finger.locator().response, finger.array, D, friction)
 
 
 def left_of(frames, least, tile, far, some=False):
@@ -48,9 +51,9 @@ def explained(basis, w):
 def test_no_far_load_explains_more_than_its_bound(transducer, friction, leaves):
     """Random positions between the boxes, loads there with some noise as readings: the worst case for a bound."""
     finger = finger_of(transducer)
-    response, scale = finger.locator().response, np.ones(16)
+    response = finger.locator().response
     inner, outer = np.array([[-HALF, HALF]] * 2) * 1.3, np.array([[-HALF, HALF]] * 2) + 6 * D * np.array([-1, 1])
-    far, _ = far_from(response, finger.array.points, scale, inner, outer, D, friction, leaves)
+    far, _ = far_from(seen_by(finger, friction), inner, outer, leaves)
     assert far.table.shape[0] > 10
     rng = np.random.default_rng(3)
     at = rng.uniform(-HALF - 6 * D, HALF + 6 * D, (20000, 2))
@@ -71,7 +74,7 @@ def test_regions_are_ruled_out_where_their_bound_is_too_low():
     """
     finger = finger_of(ss.NormalStrain())
     inner, outer = np.array([[-HALF, HALF]] * 2) * 1.3, np.array([[-HALF, HALF]] * 2) + 6 * D * np.array([-1, 1])
-    far, _ = far_from(finger.locator().response, finger.array.points, np.ones(16), inner, outer, D, 1.0, 0.01)
+    far, _ = far_from(seen_by(finger), inner, outer, 0.01)
     rng = np.random.default_rng(8)
     at = rng.uniform(-1.2 * HALF, 1.2 * HALF, (300, 2))
     frames = finger.read(ss.PointLoad(force=np.ones(300), angle=0.4, position=at))
@@ -108,10 +111,10 @@ def test_regions_are_ruled_out_where_their_bound_is_too_low():
 def test_a_load_beyond_has_a_node_in_a_region_that_may_reach(transducer):
     """Of what a load beyond the search makes, a node that is looked at explains the share that its row says."""
     finger = finger_of(transducer)
-    response, scale = finger.locator().response, np.ones(16)
+    response = finger.locator().response
     search, outer = np.array([[-3.0, 3.0]] * 2) * D, np.array([[-11.0, 11.0]] * 2) * D
-    _, nodes = nodes_beyond([response], scale, boxes_beyond(search, 8 * D), D, 1.0, False)
-    far, held = far_from(response, finger.array.points, scale, search, outer, D, 1.0, 0.0032, 1.0)
+    _, nodes = nodes_beyond([seen_by(finger)], boxes_beyond(search, 8 * D))
+    far, held = far_from(seen_by(finger), search, outer, 0.0032, 1.0)
     begin, members = nodes_of(held, nodes[:, :2])
     assert set(members) == set(range(len(nodes)))
     rng = np.random.default_rng(7)
@@ -144,7 +147,7 @@ def test_loads_are_asked_of_sensors_that_may_read_them_most():
     array = ss.SensorArray.grid((7, 7), D, D, transducer=ss.MeanPressure(), noise=1.0)
     finger = ss.Finger(ss.HalfSpace(RUBBER), array)
     inner, outer = np.array([[-3.7, 3.7]] * 2) * D, np.array([[-9.0, 9.0]] * 2) * D
-    far, _ = far_from(finger.locator().response, array.points, np.ones(49), inner, outer, D, 1.0, 0.03)
+    far, _ = far_from(seen_by(finger), inner, outer, 0.03)
     assert not far.seen[:-1].all()  # of some regions some sensors cannot be the strongest
     assert far.share[:-1].min() < 1.0
     rng = np.random.default_rng(6)
@@ -161,7 +164,7 @@ def test_loads_are_asked_of_sensors_that_may_read_them_most():
 def test_most_touches_over_the_sensors_need_no_look_elsewhere():
     finger = finger_of(ss.NormalStrain())
     inner, outer = np.array([[-2.0, 2.0]] * 2) * D, np.array([[-11.0, 11.0]] * 2) * D
-    far, _ = far_from(finger.locator().response, finger.array.points, np.ones(16), inner, outer, D, 1.0, 0.01)
+    far, _ = far_from(seen_by(finger), inner, outer, 0.01)
     rng = np.random.default_rng(4)
     at = rng.uniform(-HALF, HALF, (400, 2))
     frames = finger.read(ss.PointLoad(force=np.ones(400), angle=rng.uniform(0, 0.6, 400), position=at))
@@ -172,8 +175,7 @@ def test_most_touches_over_the_sensors_need_no_look_elsewhere():
 
 def test_no_region_and_many_are_one_compilation():
     box, finger = np.array([[-2.0, 2.0]] * 2) * D, finger_of(ss.NormalStrain())
-    response, points = finger.locator().response, finger.array.points
-    none, many = (far_from(response, points, np.ones(16), box, k * box, D, 1.0, 0.03)[0] for k in (1, 3))
+    none, many = (far_from(seen_by(finger), box, k * box, 0.03)[0] for k in (1, 3))
     assert len(many.table) > len(none.table) == 0
     assert typeof(tuple(many)) == typeof(tuple(none))
 

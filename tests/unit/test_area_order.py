@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.estimate.area.order import by_strongest
+from subskin.estimate.area.scan import by_strongest
 
 
 def ordered(readings, rows, strong=0.0):

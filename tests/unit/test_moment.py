@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 import subskin as ss
 from subskin.errors import GeometryError, InvalidValueError
-from subskin.estimate.area.moment import moment_of
+from subskin.estimate.area.observable import moment_of
 from subskin.estimate.layout import ROUND, TWIST
 from subskin.estimate.moved import moved
 from subskin.transducer import ShearStrain

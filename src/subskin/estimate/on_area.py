@@ -17,8 +17,7 @@ from ..radial import tabulate_radial
 from ..radial_round import tabulate_round
 from .area import AreaLocator, InPlaceLocator, RoundLocator
 from .area.locator import reach_of, search_of, step_of
-from .area.moment import moment_of
-from .area.observable import refuse_blind
+from .area.observable import moment_of, refuse_blind
 
 __all__ = ["area_locator", "refuse"]
 

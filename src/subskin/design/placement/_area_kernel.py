@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate.area.judge import drops, root_of
+from ...estimate.area.fall import drops, root_of
 from ...estimate.area.point import FIT, ROWS, Point, PointModel, climb
 from ...estimate.cone import eliminate_three
 from ...estimate.varpro import Ending, Limits

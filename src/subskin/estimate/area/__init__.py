@@ -1,8 +1,7 @@
 """A touch on an area located: position (y, z) and components (N, Ty, Tz), of a round contact its half width too."""
 
 from .in_place_locator import InPlaceLocator
-from .locator import AreaLocator
+from .locator import AreaLocator, RoundLocator
 from .observable import Observable, observable
-from .round_locator import RoundLocator
 
 __all__ = ["AreaLocator", "InPlaceLocator", "Observable", "RoundLocator", "observable"]

@@ -11,13 +11,12 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
-from ...errors import GeometryError, InvalidValueError
+from ...errors import InvalidValueError
 from ...measured import MeasuredResponse
-from ..estimate import Estimate
-from ..frames import Framewise, sensor_rows
-from ..layout import AREA
+from ..frames import sensor_rows
 from ..varpro import Limits
 from .in_place import InPlaceModel, InPlaceSettings
+from .locator import LocalLocator
 
 __all__ = ["InPlaceLocator"]
 
@@ -25,7 +24,7 @@ _AGAIN = 1e-3
 """Chance of a chi-square from which a frame is scanned again, at every node: some that no noise needs, too."""
 
 
-class InPlaceLocator(Framewise):
+class InPlaceLocator(LocalLocator):
     """Finds the load in frames of readings by a `MeasuredResponse`; prepared once, then called on a frame or on many.
 
     Chi-square at a position is weighted by the noise of the readings and the doubt of the response there, which grows
@@ -74,63 +73,25 @@ class InPlaceLocator(Framewise):
         ambiguity: float = 13.8,
         outliers: int = 0,
     ) -> None:
-        n = response.sensors
         own: dict[str, Any] = {"offset": response.offset, "noise": response.noise}
         if array is None:
-            array = SensorArray(y=np.zeros(n), depth=1e-3, **own)
-        elif len(array) != n:
-            seen = f"a response of {n} sensors, an array of {len(array)}"
-            raise GeometryError(seen, "they have to match", "array.select(...)")
-        else:
+            array = SensorArray(y=np.zeros(response.sensors), depth=1e-3, **own)
+        elif len(array) == response.sensors:
             array = replace(array, **own)
-        self.response, self.friction = response, _check.friction(friction)
+        ends = _check.ends("normal_force", normal_force, "normal_force=(1.0, 1.0)")
+        self._force = (0.0, np.inf) if ends is None else ends
+        super().__init__(
+            response, array, search, friction=friction, false_alarm=false_alarm, ambiguity=ambiguity,
+            outliers=outliers, known=int(self._force[0] == self._force[1]),
+        )  # fmt: skip
         if self.friction > 0 and response.components == 1:
             rule = "the response knows no drag: it is that of normal forces"
             raise InvalidValueError(f"friction = {friction!r}", rule, "friction=0, or touches with (N, Ty, Tz)")
-        ends = _check.ends("normal_force", normal_force, "normal_force=(1.0, 1.0)")
         if ends is not None and self.friction > 0:
             rule = "bounds on the force are for loads that press straight down"
             raise InvalidValueError(f"normal_force = {normal_force!r}", rule, "friction=0")
-        self._force = (0.0, np.inf) if ends is None else ends
-        self._search = search
-        self.unknowns = 3 + 2 * (self.friction > 0) - (self._force[0] == self._force[1])
-        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
-        super().__init__(
-            array, needed=self.unknowns, columns=AREA.columns, status=AREA.status, layout=AREA,
-            outliers=outliers, ambiguity=self._ambiguity,
-        )  # fmt: skip
 
-    def __call__(self, readings: npt.ArrayLike) -> Estimate:
-        """The contact in each frame.
-
-        Parameters
-        ----------
-        readings : array_like, shape (..., n)
-            Raw readings, offset included. NaN marks a missing one; it, and a saturated one, are left out of its frame.
-
-        Returns
-        -------
-        Estimate
-            Fields of shape (...); positions end in 2, components in 3, covariances in (5, 5). Positions within the
-            outermost step of the nodes are AMBIGUOUS.
-
-        Raises
-        ------
-        GeometryError
-            A last axis that is not the number of sensors.
-        """
-        table, used = self._frames(readings)
-        return Estimate(table, used, self.friction, self.unknowns, AREA, self.relative)
-
-    def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether positions lie where loads are looked for.
-
-        Parameters
-        ----------
-        position : array_like, shape (..., 2)
-            Positions (y, z) [m].
-        """
+    def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:  # noqa: D102
         y, z, _ = self._nodes()
         at = np.asarray(position, dtype=np.float64)
         return np.asarray(((at >= [y[0], z[0]]) & (at <= [y[-1], z[-1]])).all(axis=-1))
@@ -142,22 +103,20 @@ class InPlaceLocator(Framewise):
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
-        from scipy.special import chdtri
-
         y, z, inside = self._nodes()
         components = 3 if self.friction > 0 else 1
         values, variance = (
             np.ascontiguousarray(table[inside][:, :, pattern, :components])
             for table in (self.response.values, self.response.variance)
         )
-        spare = max(int(pattern.sum()) - self.unknowns, 1)
+        count = int(pattern.sum())
         settings = InPlaceSettings(
             limits=Limits(self.friction, *self._force),
             stride=self._stride(values),
-            detection=float(2 * np.log(1 / self._false_alarm)),
-            largest=float(chdtri(spare, self._false_alarm)),
+            detection=self._detection,
+            largest=self._left(count, self._false_alarm),
             ambiguity=self._ambiguity,
-            doubtful=float(chdtri(spare, max(_AGAIN, self._false_alarm))),
+            doubtful=self._left(count, max(_AGAIN, self._false_alarm)),
         )
         typical = np.array([self.response.load, 0.0, 0.0])
         noise = self.response.noise[pattern]
@@ -177,10 +136,10 @@ class InPlaceLocator(Framewise):
         """Nodes y and z within the search, and where they are among all."""
         parts = []
         for i, nodes in enumerate((self.response.y, self.response.z)):
-            low, high = (nodes[0], nodes[-1]) if self._search is None else self._search[i]
+            low, high = (nodes[0], nodes[-1]) if self.search is None else self.search[i]
             near = np.flatnonzero((nodes >= low) & (nodes <= high))
             if near.size < 4:
-                seen, rule = f"search = {self._search!r}", "it has to hold four of the response's nodes each way"
+                seen, rule = f"search = {self.search!r}", "it has to hold four of the response's nodes each way"
                 raise InvalidValueError(seen, rule, "the search in metres, within the touches")
             parts.append(slice(int(near[0]), int(near[-1]) + 1))
         rows, columns = parts

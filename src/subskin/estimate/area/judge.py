@@ -1,24 +1,26 @@
-"""Compiled: how sure the best load of a frame is: covariance, other tops near it, the width of S, S far from it.
+"""Compiled: the tops of S from the highest nodes of a tile, and how sure the best one is.
 
-On an area S falls round its top like a parabola only where the noise is small beside the distance over which readings
-bend. Else it is looked at (docs/locating_area.md).
+Other tops near it, the width of S, S far from it and beyond the search (docs/locating_area.md). What the compiled loops
+go by is named here: settings, where is looked, and scratch.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from ..._check import FloatArray
 from ..._compiled import compiled
 from ..._lanes import EIGHT, answers, one_of
 from ..cone import eliminate_three
-from ..layout import AREA
-from ..varpro import Ending
-from .fall import ROUND, beyond_near, falls
-from .point import Point, climb, project
-from .scan import shares_of_eight
-from .tiles import BASIS, COUNT, NODES, ROWS, SHAPES, STRIDE
+from ..varpro import Ending, Limits
+from .fall import widest_variance
+from .point import Point, PointModel, climb
+from .scan import peaks, shares_of_eight, within
+from .tiles import BASIS, COUNT, NEAR, NODES, ROWS, SHAPES, STRIDE, Tiles
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and five more."""
@@ -26,48 +28,167 @@ FINE = 0.03
 """What the last step of a climb may gain."""
 _ASIDE = 2.0
 """How far beside a top another is looked for, in widths of a broad one."""
-_NEAR, _FAR = 2.5, 4.0
-"""Standard deviations at which S is looked at round the top; the farther only where it is no parabola at the nearer."""
-_ODD, _LEVEL, _HIGHER = 1.25, 4.0, 0.1
-"""Ratio of variances from which it is none; least fall to the farther distance; what counts as higher than the top."""
-_CLOSE = 0.25
-"""Depths off the top up to which `fall.falls` is asked."""
-_YY, _YZ, _YN, _YTY, _YTZ, _ZZ, _ZN, _ZTY, _ZTZ, _NN, _NTY, _NTZ, _TYTY, _TYTZ, _TZTZ = range(
-    AREA.covariance, AREA.covariance + 15
-)
-"""Columns of a row's covariance."""
+_SMALL = 24
+"""Sensors of which all are fitted at once; of more, first those near the strongest."""
+_YY, _YZ, _YN, _YTY, _YTZ, _ZZ, _ZN, _ZTY, _ZTZ, _NN, _NTY, _NTZ, _TYTY, _TYTZ, _TZTZ = range(15)
+"""Where a covariance of (y, z, N, Ty, Tz) has what: `spread` in the functions below."""
+
+
+def plain(value: Any) -> Any:
+    """A named tuple as one without names, and so its parts: Numba takes these in a third of the time.
+
+    A loop gives them their names again, part by part.
+    """
+    return tuple(plain(part) for part in value) if isinstance(value, tuple) else value
+
+
+class Settings(NamedTuple):
+    """Thresholds of a search.
+
+    detection: least chi-square explained by a contact; largest: most that may be left; ambiguity: chi-square by which
+    the second-best has to be worse; apart: two tops nearer than this are one [m]; broad: a profile wider than this may
+    be ambiguous [m]; strong: noises from which the strongest reading names a tile; curved: standard deviation from
+    which S need be no parabola [m]; smallest: least step of a climb [m]; box (4,): ends of y, then of z; error: chi-
+    square of a unit force, squared, by the table's error; told: least share of a load by which others near it differ,
+    infinite where that is large.
+    """
+
+    limits: Limits
+    detection: float
+    largest: float
+    ambiguity: float
+    apart: float
+    broad: float
+    strong: float
+    curved: float
+    smallest: float
+    box: FloatArray
+    error: float
+    told: float
+
+
+class Beyond(NamedTuple):
+    """What lies at the sides of the search and beyond: four boxes, their nodes (nodes, 4), and the tiles of these.
+
+    held, members: the nodes of each region, as of `far.nodes_of`.
+    """
+
+    tiles: Tiles
+    nodes: FloatArray
+    boxes: FloatArray
+    held: npt.NDArray[np.int64]
+    members: npt.NDArray[np.int64]
+
+
+class Search(NamedTuple):
+    """Where point loads are looked for, and what sensors read of them."""
+
+    model: PointModel
+    tiles: Tiles
+    settings: Settings
+
+
+class Scratch(NamedTuple):
+    """Scratch of a search.
+
+    lead: numbers before the nodes of `heights`; part (n + 1,): readings of the sensors that count; score (most,), at
+    (most, 2): the highest nodes; fits: of these, one to try in and five more; trials: one to try in, one of where S is
+    higher, and of `fall.look_round` nothing, and what is not near; lanes: as of `fall.LANES`; ratio (8,), root (3,),
+    more (3,).
+    """
+
+    lead: int
+    heights: npt.NDArray[np.float32]
+    part: FloatArray
+    score: FloatArray
+    at: FloatArray
+    fits: npt.NDArray[np.void]
+    trials: npt.NDArray[np.void]
+    lanes: FloatArray
+    ratio: FloatArray
+    root: FloatArray
+    more: FloatArray
 
 
 @compiled(inline=True)
-def widest_variance(row):
-    """The largest variance of a direction in (y, z)."""
-    yy, yz, zz = row[_YY], row[_YZ], row[_ZZ]
-    half = 0.5 * (yy - zz)
-    return 0.5 * (yy + zz) + math.sqrt(half * half + yz * yz)
+def nearby(w, model, tiles, t, part):
+    """Readings and model of the sensors that count in tile t, where these are few; else of all."""
+    i0, k = tiles.table[t, NEAR], tiles.table[t, COUNT]
+    near_w, near = w, model
+    if 4 * k < 3 * w.size and w.size > _SMALL:
+        near_w, first = part[:k], tiles.first[i0 + t : i0 + t + k + 1]
+        sensors = tiles.sensors[4 * i0 : 4 * (i0 + k)].reshape((4, k))
+        near = PointModel(sensors, first, *model[2:])
+    return near_w, near
+
+
+@compiled(borrows=True)
+def tops_of(w, search, room, t, total, c, most, share):
+    """Best and second-best top of S from the highest nodes of tile t, as rows of `room.fits`; -1 where there is none.
+
+    Of many sensors first those that count are fitted, then all; `room.part` keeps the readings of these. total, c: as
+    of `scan.taken`; most, share: as of `scan.peaks`.
+    """
+    tiles, settings, model, fits, heights, lead = (
+        search.tiles, search.settings, search.model, room.fits, room.heights, room.lead
+    )  # fmt: skip
+    index, origin, at, score = tiles.table, tiles.origin, room.at, room.score
+    i0, k, m, stride = index[t, NEAR], index[t, COUNT], index[t, NODES], index[t, STRIDE]
+    shapes = tiles.shapes[index[t, SHAPES] : index[t, SHAPES] + 9 * m].reshape((9, m))
+    within(shapes, settings.limits.friction, c, heights[lead : lead + m])
+    for p in range(lead + m, lead + m + stride + 2):
+        heights[p] = np.float32(-1)
+    near_w, near = nearby(w, model, tiles, t, room.part)
+    few = near_w.size < w.size
+    straight = 0.02 * settings.broad if few else 0.0
+    if few:
+        for i in range(k):
+            e = tiles.near[i0 + i]
+            near_w[i] = w[e] if e < w.size else 0.0
+    best = second = -1
+    count = peaks(heights, lead, m, stride, total, share, score[:most], at)
+    for q in range(count + 1):
+        # a maximum clearly lower than both already found cannot become the best or the rival
+        last = q == count or (second >= 0 and score[q] < 0.8 * fits[second].explained)
+        if last and best <= 0:
+            break
+        p = best if last else q  # at last the best, if it was climbed roughly
+        tolerance, needed = FINE, -math.inf
+        if not last and q > 0:
+            tolerance = 1e-2 * max(fits[best].explained - score[p], 0.1)
+            needed = fits[second].explained if second >= 0 else needed
+        start = Point(origin[t, 0] + at[p, 0] * origin[t, 2], origin[t, 1] + at[p, 1] * origin[t, 3])
+        if few:
+            ending = Ending(tolerance, settings.smallest, straight, -math.inf)
+            climb(near_w, near, settings.limits, settings.box, start, ending, fits[p], fits[MOST])
+            start = Point(fits[p].y, fits[p].z)
+        ending = Ending(tolerance, settings.smallest, straight, needed)
+        climb(w, model, settings.limits, settings.box, start, ending, fits[p], fits[MOST])
+        if last:
+            break
+        if best < 0:
+            best = p
+        elif abs(fits[p].y - fits[best].y) + abs(fits[p].z - fits[best].z) < settings.apart:
+            if fits[p].explained > fits[best].explained:
+                best = p
+        elif fits[p].explained > fits[best].explained:
+            best, second = p, best
+        elif second < 0 or fits[p].explained > fits[second].explained:
+            second = p
+    return best, second
 
 
 @compiled(inline=True)
-def unsure(fit, row, largest, box):
+def unsure(fit, spread, largest, box):
     """Whether the readings leave open the position, or the direction of the force by a radian."""
     if not largest < (box[1] - box[0]) ** 2 + (box[3] - box[2]) ** 2:
         return True
     n, ty, tz = fit.n, fit.ty, fit.tz
-    c00, c01, c02, c11, c12, c22 = row[_NN], row[_NTY], row[_NTZ], row[_TYTY], row[_TYTZ], row[_TZTZ]
+    c00, c01, c02 = spread[_NN], spread[_NTY], spread[_NTZ]
+    c11, c12, c22 = spread[_TYTY], spread[_TYTZ], spread[_TZTZ]
     force2 = n * n + ty * ty + tz * tz
     along = n * (n * c00 + 2 * (ty * c01 + tz * c02)) + ty * (ty * c11 + 2 * tz * c12) + tz * tz * c22
     return not (c00 + c11 + c22) * force2 - along < force2 * force2
-
-
-@compiled(inline=True)
-def node_shares(w, basis, at, padded, n):
-    """What the basis of a node takes of n readings; it begins at `at`, of a tile that lies node by node."""
-    b0, b1, b2 = basis[at : at + n], basis[at + padded : at + padded + n], basis[at + 2 * padded :]
-    c0 = c1 = c2 = np.float32(0)
-    for i in range(n):
-        c0 += w[i] * b0[i]
-        c1 += w[i] * b1[i]
-        c2 += w[i] * b2[i]
-    return c0, c1, c2
 
 
 @compiled(borrows=True)
@@ -83,7 +204,7 @@ def at_node(shapes, at, nodes, c0, c1, c2, mu):
 
 
 @compiled(borrows=True)
-def is_broad(w, tiles, t, at, explained, row, largest, settings):
+def is_broad(w, tiles, t, at, explained, spread, largest, settings):
     """Whether a load near the best, but further than six standard deviations, explains a frame about as well.
 
     At the nodes of tile t, the finest grid, S is exact, the cone included. at, explained: the best
@@ -93,7 +214,7 @@ def is_broad(w, tiles, t, at, explained, row, largest, settings):
     n, padded, nodes, rows, stride = w.size, index[t, COUNT], index[t, NODES], index[t, ROWS], index[t, STRIDE]
     columns = stride - 1
     y, z, hy, hz = at.y, at.z, origin[t, 2], origin[t, 3]
-    yy, yz, zz = row[_YY], row[_YZ], row[_ZZ]
+    yy, yz, zz = spread[_YY], spread[_YZ], spread[_ZZ]
     least = settings.broad
     reach = max(6.0 * math.sqrt(largest), least)
     wide = max(1.8 * reach, reach + 1.5 * max(hy, hz))
@@ -106,7 +227,7 @@ def is_broad(w, tiles, t, at, explained, row, largest, settings):
         k0, k1 = max(int((z - away - origin[t, 1]) / hz), 0), min(int((z + away - origin[t, 1]) / hz) + 2, columns)
         begin, end = j * stride + k0, j * stride + k1
         for p in range(begin - begin % EIGHT, end, EIGHT):
-            c0, c1, c2 = shares_of_eight(w, n, basis, index[t, BASIS] + 3 * padded * p, padded)
+            c0, c1, c2 = shares_of_eight(w, n, basis, index[t, BASIS] + 3 * padded * p)
             some = answers(c0 * c0 + c1 * c1 + c2 * c2 >= nearly)  # of the others not even a load that pulls is enough
             for lane in range(EIGHT if some > 0 else 0):
                 e = p + lane - j * stride
@@ -125,7 +246,7 @@ def is_broad(w, tiles, t, at, explained, row, largest, settings):
 
 
 @compiled(borrows=True)
-def beside(w, search, room, best, second, row):
+def beside(w, search, room, best, second, spread):
     """Best and second-best top, where another may stand too near the best one for the scan to tell them apart.
 
     Few sensors, or strains along the depth where nu < 1/2, leave pairs of tops a fifth of a depth apart and more: climb
@@ -133,11 +254,11 @@ def beside(w, search, room, best, second, row):
     """
     settings, fits = search.settings, room.fits
     fit, box, ending = fits[best], settings.box, Ending(FINE, settings.smallest, 0.0, -math.inf)
-    turn = 0.5 * math.atan2(2.0 * row[_YZ], row[_YY] - row[_ZZ])
-    away, y0, z0 = max(_ASIDE * settings.broad, 3.0 * math.sqrt(widest_variance(row))), fit.y, fit.z
-    along, across = row[_TYTY], row[_TZTZ]
-    to_y = -2.0 * fit.ty * row[_YTY] / along if along > 0.0 else 0.0
-    to_z = -2.0 * fit.tz * row[_ZTZ] / across if across > 0.0 else 0.0
+    turn = 0.5 * math.atan2(2.0 * spread[_YZ], spread[_YY] - spread[_ZZ])
+    away, y0, z0 = max(_ASIDE * settings.broad, 3.0 * math.sqrt(widest_variance(spread))), fit.y, fit.z
+    along, across = spread[_TYTY], spread[_TZTZ]
+    to_y = -2.0 * fit.ty * spread[_YTY] / along if along > 0.0 else 0.0
+    to_z = -2.0 * fit.tz * spread[_ZTZ] / across if across > 0.0 else 0.0
     for side in range(5 if abs(to_y) + abs(to_z) < box[1] - box[0] else 4):
         p, to = MOST + 1 + side, turn + 0.5 * math.pi * side
         at = Point(y0 + away * math.cos(to), z0 + away * math.sin(to))
@@ -153,127 +274,50 @@ def beside(w, search, room, best, second, row):
     return best, second
 
 
-@compiled(inline=True)
-def root_of(yy, yz, zz, root):
-    """Fill root with 00, 01, 11 of the symmetric root of the covariance of (y, z)."""
-    det = math.sqrt(max(yy * zz - yz * yz, 0.0))
-    over = 1.0 / math.sqrt(yy + zz + 2.0 * det)
-    root[0], root[1], root[2] = (yy + det) * over, yz * over, (zz + det) * over
-
-
 @compiled(borrows=True)
-def drops(w, model, limits, box, fit, root, reach, trial, best, out):
-    """How much lower S is round the top in fit, at `reach` standard deviations; into out.
+def best_beyond(single, n, beyond, t, kept, lane, mu, tried, top, best):
+    """The best node of each box beyond the search, where S may be larger than `top`, which is raised to what it is.
 
-    root: as of `root_of`. A position higher than that in `best` goes there. Outside the box S is taken to fall as at
-    the top.
+    Nodes of tile t are looked at, of the regions that are kept of the frame in `lane` (`far.regions_left`), and those
+    that stand in one eight with them. top, best (4,): what S is at most near a box's best node, and which node that is;
+    tried (nodes / 8,): scratch.
     """
-    for k in range(out.size):
-        c, s = reach * ROUND[k, 0], reach * ROUND[k, 1]
-        at = Point(fit.y + root[0] * c + root[1] * s, fit.z + root[1] * c + root[2] * s)
-        out[k] = reach * reach
-        if box[0] <= at.y <= box[1] and box[2] <= at.z <= box[3]:
-            project(w, model, limits, at, trial)
-            out[k] = fit.explained - trial.explained
-            if trial.explained > best.explained:
-                best.explained, best.y, best.z = trial.explained, at.y, at.z
-
-
-@compiled(borrows=True)
-def look_round(w, near_w, near, search, room, fit, row):
-    """How S falls round the top: 0 about as a parabola, 1 less so, 2 so little that there is no one answer.
-
-    `room.more` is what the variance of (y, z) gains: the second moment of exp(S / 2) about the top, whose width is
-    looked at in eight directions. -1: S is larger a few deviations off; room.trials[1] says where. near_w, near: the
-    readings and the model of the sensors that count.
-    """
-    model, settings, lanes, ratio, more = search.model, search.settings, room.lanes, room.ratio, room.more
-    limits, box, root, fall = settings.limits, settings.box, room.root, lanes[:EIGHT]
-    trial, best = room.trials[0], room.trials[1]
-    root_of(row[_YY], row[_YZ], row[_ZZ], root)
-    more[0] = more[1] = more[2] = 0.0
-    base, shape, widest = fit.explained, 0, 0.0
-    close = 0.0
-    if model.terms.shape[0] == 0:
-        close = 10.0 * _CLOSE * settings.broad / math.sqrt(widest_variance(row))
-    v, its = (near_w, near) if fit.inside > 0.0 else (w, model)
-    if close >= _NEAR:
-        for k in range(lanes.size):
-            lanes[k] = 0.0
-        if v.size < w.size:
-            beyond_near(v, its, limits, fit, trial, lanes)
-    best.explained = base + _HIGHER
-    for far in range(2):
-        reach = _FAR if far else _NEAR
-        if reach <= close:
-            least = falls(v, its, limits.friction, box, fit, root, reach, best, lanes)
-            if v.size < w.size and _ODD * least < reach * reach:  # then all sensors are asked
-                v, its = w, model
-                best.explained = base + _HIGHER
-                for k in range(lanes.size):
-                    lanes[k] = 0.0
-                falls(v, its, limits.friction, box, fit, root, reach, best, lanes)
-        else:
-            drops(w, model, limits, box, fit, root, reach, trial, best, fall)
-        if best.explained > base + _HIGHER:
-            return -1
-        for k in range(ratio.size):
-            wide = min(max(reach * reach / max(fall[k], 1e-9), 0.1), 9.0)
-            ratio[k] = max(ratio[k], wide) if far else wide
-            widest = max(widest, ratio[k])
-            if far and fall[k] < _LEVEL:
-                shape = 2
-        if widest < _ODD:
-            break
-        shape = max(shape, 1)
-    m00 = m01 = m11 = weight = 0.0
-    for k in range(ratio.size):
-        square, x, y = ratio[k] * ratio[k], ROUND[k, 0], ROUND[k, 1]
-        weight += square
-        m00 += 2.0 * square * ratio[k] * x * x
-        m01 += 2.0 * square * ratio[k] * x * y
-        m11 += 2.0 * square * ratio[k] * y * y
-    m00, m01, m11 = m00 / weight - 1.0, m01 / weight, m11 / weight - 1.0
-    # the root times this, times the root
-    y0, y1 = root[0] * m00 + root[1] * m01, root[0] * m01 + root[1] * m11
-    z0, z1 = root[1] * m00 + root[2] * m01, root[1] * m01 + root[2] * m11
-    more[0], more[1], more[2] = y0 * root[0] + y1 * root[1], y0 * root[1] + y1 * root[2], z0 * root[1] + z1 * root[2]
-    return shape
-
-
-@compiled(borrows=True)
-def outside(w, single, search, beyond, kept, lane, least, tried, room):
-    """Whether S reaches `least` at a side of the search, or beyond.
-
-    Climbs begin at the best node of each box, of the regions that may reach it: those kept of the frame in `lane`, as
-    of `reach.regions_left`. tried (nodes,): scratch.
-    """
-    index, basis, shapes = beyond.tiles.table, beyond.tiles.basis, beyond.tiles.shapes
-    nodes, held, settings = beyond.nodes, beyond.held, search.settings
-    padded, m, count, n = index[0, COUNT], index[0, NODES], index[0, STRIDE], w.size
-    top, best, fit = room.ratio[:4], room.ratio[4:], room.trials[0]
-    for b in range(4):
-        top[b], best[b] = least, -1.0
-    for p in range(count):
+    tiles, nodes, held = beyond.tiles, beyond.nodes, beyond.held
+    index, basis, shapes = tiles.table, tiles.basis, tiles.shapes
+    padded, m, count, first = index[t, COUNT], index[t, NODES], index[t, STRIDE], int(tiles.origin[t, 0])
+    for p in range(m // EIGHT):
         tried[p] = np.float32(0)
     for r in range(kept.shape[0]):
         i = kept[r, 0]
         for e in range(held[i], held[i + 1] if (kept[r, 1] >> lane) & 1 else held[i]):
-            p = beyond.members[e]
-            if tried[p] > 0:
+            block = beyond.members[e] // EIGHT
+            if tried[block] > 0:
                 continue
-            tried[p] = np.float32(1)
-            b, needed = int(nodes[p, 2]), nodes[p, 3]
-            c0, c1, c2 = node_shares(single, basis, index[0, BASIS] + 3 * padded * p, padded, n)
-            if c0 * c0 + c1 * c1 + c2 * c2 < needed * top[b]:
-                continue  # not even a load that pulls, at most nodes of most frames
-            explained = at_node(shapes, index[0, SHAPES] + p, m, c0, c1, c2, settings.limits.friction)
-            if explained >= needed * top[b]:
-                top[b], best[b] = explained / needed, float(p)
+            tried[block], begin = np.float32(1), EIGHT * block
+            c0, c1, c2 = shares_of_eight(single, n, basis, index[t, BASIS] + 3 * padded * begin)
+            squares = c0 * c0 + c1 * c1 + c2 * c2
+            for k in range(min(EIGHT, count - begin)):
+                p = begin + k
+                b, share = int(nodes[first + p, 2]), nodes[first + p, 3]
+                if one_of(squares, k) < share * top[b]:
+                    continue  # not even a load that pulls, at most nodes of most frames
+                s0, s1, s2 = one_of(c0, k), one_of(c1, k), one_of(c2, k)
+                explained = at_node(shapes, index[t, SHAPES] + p, m, s0, s1, s2, mu)
+                if explained >= share * top[b]:
+                    top[b], best[b] = explained / share, float(first + p)
+
+
+@compiled(borrows=True)
+def outside(w, single, search, beyond, kept, lane, least, tried, room):
+    """Whether S reaches `least` at a side of the search, or beyond: climbs begin at the best node of each box."""
+    settings, top, best, fit = search.settings, room.ratio[:4], room.ratio[4:], room.trials[0]
+    for b in range(4):
+        top[b], best[b] = least, -1.0
+    best_beyond(single, w.size, beyond, 0, kept, lane, settings.limits.friction, tried, top, best)
     for b in range(4):
         if best[b] >= 0.0:
-            p = int(best[b])
-            at, ending = Point(nodes[p, 0], nodes[p, 1]), Ending(0.05, settings.smallest, 0.0, least)
+            p, ending = int(best[b]), Ending(0.05, settings.smallest, 0.0, least)
+            at = Point(beyond.nodes[p, 0], beyond.nodes[p, 1])
             climb(w, search.model, settings.limits, beyond.boxes[b], at, ending, fit, room.trials[1])
             if fit.explained > least:
                 return True

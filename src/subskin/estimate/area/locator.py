@@ -1,8 +1,9 @@
-"""The estimator of local contacts: prepared once for a response on an area, then called on frames."""
+"""The estimators of local contacts: prepared once for a response on an area, then called on frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,17 +15,20 @@ from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...prepared import Prepared
 from ...radial import RadialResponse
+from ...radial_round import RoundResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
-from ..layout import AREA, Layout
+from ..layout import AREA, ROUND, TWIST, Layout
 from ..varpro import Limits
-from .alike import least_told_apart
 from .far import INNER, far_from, nodes_of
-from .point import PointModel, model_of
-from .settings import Beyond, Settings, plain
-from .tiles import Response, SomeSensors, Tiles, boxes_beyond, nodes_beyond, tiles_of
+from .judge import Beyond, Settings, plain
+from .observable import least_told_apart
+from .point import PointModel, laid_out, model_of
+from .round_contact import tables_of
+from .round_project import RoundSearch
+from .tiles import COUNT, NEAR, NODES, STRIDE, Seen, Tiles, boxes_beyond, nodes_beyond, tiles_of
 
-__all__ = ["BEYOND", "AreaLocator"]
+__all__ = ["BEYOND", "AreaLocator", "LocalLocator", "RoundLocator"]
 
 BEYOND = 8.0
 """Depths beside the default search up to which a load is thought of."""
@@ -39,33 +43,24 @@ _MOST_FINE = 4_000_000
 _MOST_NODES = 2_000_000
 _RING_LEAVES, _BEYOND_LEAVES, _LEAVES = 6e-4, 2e-4, 0.03
 """What directions of a region leave of a unit reading, squared, a sensor: in the search and beyond; and the most."""
+_SCANNED = 5
+"""Half widths at which the scan looks."""
+_WITHOUT = [
+    *range(ROUND.unknowns), *TWIST.square[:-1, :-1][np.triu_indices(ROUND.unknowns)],
+    *range(TWIST.interval, TWIST.rival + ROUND.unknowns), TWIST.rival_chi2, TWIST.status,
+]  # fmt: skip
+"""The columns of a row that says nothing of a moment."""
 
 
-class AreaLocator(Framewise):
-    """Finds the local contact in frames of readings; prepared once, then called on a frame or on millions.
-
-    Variable projection: readings are linear in (N, Ty, Tz), which are eliminated exactly at each trial position, within
-    compression and the cone of friction; what remains is a search over (y, z) (docs/locating_area.md). It is global: a
-    grid, then the best maxima are refined; the second of them is the rival.
+class LocalLocator(Framewise):
+    """What the estimators of a contact on an area have in common: options, how one calls them, where they look.
 
     Parameters
     ----------
-    response : RadialResponse
-        Readings under unit forces; it has to reach from any sensor to any position of the search and beyond.
-    array : SensorArray
-        Offset, noise and range of each sensor (its gain is in the response; gain 0 marks a dead sensor).
-    search : ((float, float), (float, float))
-        Ends of the positions y, and of z [m].
-    beyond : float, optional
-        Distance beyond the search [m] at which a load may press as well. Where one there, or at a side of the search,
-        comes within `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
-    friction, scan_step, false_alarm, ambiguity, outliers
-        As of `Locator`; the default step is 0.4 of the least depth.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        A sensor without noise, a response whose sensors do not match the array's, an option out of range.
+    response, array, search, friction, false_alarm, ambiguity, outliers
+        As of `AreaLocator` and `InPlaceLocator`.
+    known : int
+        Unknowns that are known after all.
     """
 
     layout: Layout = AREA
@@ -73,30 +68,17 @@ class AreaLocator(Framewise):
     """Whether the contact has a half width that is not known."""
 
     def __init__(
-        self,
-        response: RadialResponse,
-        array: SensorArray,
-        search: tuple[tuple[float, float], tuple[float, float]],
-        *,
-        beyond: float = 0.0,
-        friction: float = 1.0,
-        scan_step: float | None = None,
-        false_alarm: float = 1e-6,
-        ambiguity: float = 13.8,
-        outliers: int = 0,
-    ) -> None:
+        self, response: Any, array: SensorArray, search: Any, *, friction: float, false_alarm: float,
+        ambiguity: float, outliers: int, known: int = 0,
+    ) -> None:  # fmt: skip
         if response.sensors != len(array):
             seen = f"a response of {response.sensors} sensors, an array of {len(array)}"
             raise GeometryError(seen, "they have to match", "array.select(...)")
         self.response, self.search = response, search
         self.friction = _check.friction(friction)
-        self.unknowns = 3 + 2 * (self.friction > 0) + self.wide + self.layout.twist
+        self.unknowns = 3 + 2 * (self.friction > 0) + self.wide + self.layout.twist - known
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-        self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)
-        self._fields = Prepared()
-        self._depth = float(np.asarray(array.depth).min())
-        self._step = step_of(array, search, scan_step)
         super().__init__(
             array, needed=self.unknowns, columns=self.layout.columns, status=self.layout.status, layout=self.layout,
             outliers=outliers, ambiguity=self._ambiguity,
@@ -135,6 +117,66 @@ class AreaLocator(Framewise):
         at, box = np.asarray(position, dtype=np.float64), np.asarray(self.search)
         return np.asarray(((box[:, 0] <= at) & (at <= box[:, 1])).all(axis=-1))
 
+    @property
+    def _detection(self) -> float:
+        """The least chi-square explained by a contact."""
+        return float(2 * np.log(1 / self._false_alarm))
+
+    def _left(self, sensors: int, chance: float) -> float:
+        """The chi-square that noise leaves of so many sensors' readings with a chance."""
+        from scipy.special import chdtri
+
+        return float(chdtri(max(sensors - self.unknowns, 1), chance))
+
+
+class AreaLocator(LocalLocator):
+    """Finds the local contact in frames of readings; prepared once, then called on a frame or on millions.
+
+    Variable projection: readings are linear in (N, Ty, Tz), which are eliminated exactly at each trial position, within
+    compression and the cone of friction; what remains is a search over (y, z) (docs/locating_area.md). It is global: a
+    grid, then the best maxima are refined; the second of them is the rival.
+
+    Parameters
+    ----------
+    response : RadialResponse
+        Readings under unit forces; it has to reach from any sensor to any position of the search and beyond.
+    array : SensorArray
+        Offset, noise and range of each sensor (its gain is in the response; gain 0 marks a dead sensor).
+    search : ((float, float), (float, float))
+        Ends of the positions y, and of z [m].
+    beyond : float, optional
+        Distance beyond the search [m] at which a load may press as well. Where one there, or at a side of the search,
+        comes within `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
+    friction, scan_step, false_alarm, ambiguity, outliers
+        As of `Locator`; the default step is 0.4 of the least depth.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A sensor without noise, a response whose sensors do not match the array's, an option out of range.
+    """
+
+    def __init__(
+        self,
+        response: RadialResponse | RoundResponse,
+        array: SensorArray,
+        search: tuple[tuple[float, float], tuple[float, float]],
+        *,
+        beyond: float = 0.0,
+        friction: float = 1.0,
+        scan_step: float | None = None,
+        false_alarm: float = 1e-6,
+        ambiguity: float = 13.8,
+        outliers: int = 0,
+    ) -> None:
+        super().__init__(
+            response, array, search, friction=friction, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
+        )
+        self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)
+        self._fields = Prepared()
+        self._depth = float(np.asarray(array.depth).min())
+        self._step = step_of(array, search, scan_step)
+
     def _kernel(self) -> Any:
         from .project import project_frames
 
@@ -147,57 +189,34 @@ class AreaLocator(Framewise):
         series = response.series() if response.pair is not None else None
         if series is not None:  # one cell holds all distances
             table, error = series[0][None, None], series[1]
-        cells = table.shape[1]
-        if response.pair is not None:
-            table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
-        terms = response.terms if response.pair is None else response.terms[:0]
-        inner, outer = self._over_the_sensors()
-        table = np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1))
+        table, terms, cells = laid_out(response, table)
         model = model_of(response, np.asarray(array.noise), cells, table, terms)
-        tiles, beyond, sizes = self._looked_at(model, [lambda: self.response], [0], pattern, inner)
-        seen = self._read_by(lambda: self.response, pattern)
-        ring, far, (held, members) = self._far(seen, array, inner, outer, beyond.nodes)
-        least = least_told_apart(seen, array.points, 1 / np.asarray(array.noise), self._depth, self.friction)
-        settings = self._settings(array, response, error, least if least < _ALIKE else np.inf)
-        beyond = beyond._replace(held=held, members=members)
-        return sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
-
-    def _far(
-        self, response: Response, array: SensorArray, inner: FloatArray, outer: FloatArray, nodes: FloatArray
-    ) -> tuple[Any, ...]:
-        """Bounds for the search round its inner part, and for what is beyond, of which each region has `nodes`.
-
-        Of a search that ends, both are the same.
-        """
-        seen, boxes = (response, array.points, 1 / np.asarray(array.noise)), (inner, np.array(self.search), outer)
-        kind = self._depth, self.friction
-        ring_leaves, beyond_leaves = (min(per * response.sensors, _LEAVES) for per in (_RING_LEAVES, _BEYOND_LEAVES))
-        ring, held = far_from(*seen, *boxes[:2], *kind, ring_leaves)
-        beyond = ring
-        if self._beyond > 0:
-            beyond, held = far_from(*seen, *boxes[1:], *kind, beyond_leaves, 1.0)
-        return ring._replace(once=1), beyond, nodes_of(held, nodes[:, :2])
-
-    def _over_the_sensors(self) -> tuple[FloatArray, FloatArray]:
-        """The part of the search where most touches stand, and how far loads are thought of."""
-        points, box = self.array.points, np.array(self.search)
-        away = INNER * self._depth
+        seen = self._seen(lambda: self.response, pattern)
+        points, box, away = self.array.points, np.array(self.search), INNER * self._depth
         inner = np.stack([points.min(axis=0) - away, points.max(axis=0) + away], axis=-1)
         inner = np.stack([np.maximum(inner[:, 0], box[:, 0]), np.minimum(inner[:, 1], box[:, 1])], axis=-1)
         if (inner[:, 0] >= inner[:, 1]).any():  # a search beside the sensors
             inner = box
-        return inner, box + self._beyond * np.array([-1.0, 1.0])
+        tiles, beyond, sizes = self._looked_at(model, [seen], [seen], inner)
+        leaves, rest = (min(per * seen.sensors, _LEAVES) for per in (_RING_LEAVES, _BEYOND_LEAVES))
+        ring, held = far_from(seen, inner, box, leaves)
+        far = ring  # of a search that ends
+        if self._beyond > 0:
+            far, held = far_from(seen, box, box + self._beyond * np.array([-1.0, 1.0]), rest, 1.0)
+        begin, members = nodes_of(held, beyond.nodes[:, :2])
+        beyond, ring = beyond._replace(held=begin, members=members), ring._replace(once=1)
+        least = least_told_apart(seen)
+        settings = self._settings(array, response, error, least if least < _ALIKE else np.inf)
+        return sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
 
     def _settings(self, array: SensorArray, response: RadialResponse, error: float, told: float = np.inf) -> Settings:
         """The numbers that the compiled loop goes by; `error` is that of its table."""
-        from scipy.special import chdtri
-
         box = np.array(self.search)
         strongest = np.abs(response(np.array([[p.mean() for p in box]])) / np.asarray(array.noise)[:, None]).max()
         return Settings(
             limits=Limits(self.friction),
-            detection=float(2 * np.log(1 / self._false_alarm)),
-            largest=float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm)),
+            detection=self._detection,
+            largest=self._left(len(array), self._false_alarm),
             ambiguity=self._ambiguity,
             apart=0.02 * self._depth,
             broad=0.1 * self._depth,
@@ -209,47 +228,136 @@ class AreaLocator(Framewise):
             told=told,
         )
 
-    def _read_by(self, whole: Callable[[], RadialResponse], pattern: npt.NDArray[np.bool_], name: int = 0) -> Response:
-        """What the sensors of `pattern` read, of what all read."""
-        return whole().select(pattern) if pattern is self._all else SomeSensors(whole, pattern, self._fields, name)
+    def _seen(self, whole: Callable[[], RadialResponse], pattern: npt.NDArray[np.bool_], name: int = 0) -> Seen:
+        """What the sensors of `pattern` read, by the response of all.
+
+        Where a sensor is missing, it is a part of what all of them read, which is kept by `name` and nodes: a stream
+        waits for half as long.
+        """
+        array, read = self.array.select(pattern), None
+        if pattern is self._all:
+            read = whole().select(pattern)
+
+        def some(nodes: FloatArray) -> FloatArray:
+            every = self._fields.get((name, nodes.shape, nodes.tobytes()), lambda: whole()(nodes))
+            return np.compress(pattern, every, axis=-2)
+
+        return Seen(read or some, array, self._depth, self.friction)
 
     def _looked_at(
-        self,
-        model: PointModel,
-        wholes: Sequence[Callable[[], RadialResponse]],
-        far: Sequence[int],
-        pattern: npt.NDArray[np.bool_],
-        inner: FloatArray | None = None,
+        self, model: PointModel, seen: Sequence[Seen], far: Sequence[Seen], inner: FloatArray | None = None
     ) -> tuple[Tiles, Beyond, npt.NDArray[np.int64]]:
         """Where the scans look, in the search and beyond it, and the most nodes and the longest row of a tile.
 
-        `model` is that of the sensors of `pattern`; `wholes` give the responses of all sensors that are scanned, and
-        `far` which of them beyond the search; `inner` is the part that is looked at first, where bounds say which nodes
-        beyond are looked at. Where a sensor is missing, what is read at the nodes is a part of what all of them read,
-        which is kept: a stream waits for half as long.
+        `seen` are scanned, and `far` of them beyond the search; `inner` is the part that is looked at first.
         """
-        array, box = self.array.select(pattern), np.array(self.search)
-        scale = 1 / np.asarray(array.noise)
-        responses = [self._read_by(whole, pattern, name) for name, whole in enumerate(wholes)]
-        finest = float(np.sqrt(3 * len(array) * np.ptp(box, axis=1).prod() / _MOST_FINE))
-        tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction, inner)
-        boxes = boxes_beyond(box, self._beyond)
-        seen = [responses[i] for i in far]
-        outer, nodes = nodes_beyond(seen, scale, boxes, self._depth, self.friction, inner is None)
-        widest = max(int(t.table[:, 3].max()) for t in (tiles, outer))
-        sizes = np.array([widest, int(tiles.table[:, 6].max()) + 2])
+        box, boxes = np.array(self.search), boxes_beyond(np.array(self.search), self._beyond)
+        finest = float(np.sqrt(3 * seen[0].sensors * np.ptp(box, axis=1).prod() / _MOST_FINE))
+        tiles = tiles_of(seen, box, self._step, max(self._step / _FINER, finest), inner)
+        outer, nodes = nodes_beyond(far, boxes)
+        count = len(nodes) // len(far)
+        widest = max(int(t.table[:, NODES].max()) for t in (tiles, outer))
+        sizes = np.array([widest, int(tiles.table[:, STRIDE].max()) + 2])
         # the sensors near each tile, and one that reads nothing
-        every, kinds, last = (
-            np.column_stack([model.sensors, np.zeros(4)]),
-            np.append(model.first[:-1], 0),
-            model.first[-1],
-        )
-        parts = [tiles.near[i : i + k] for i, k in tiles.table[:, :2]]
+        every, kinds = np.column_stack([model.sensors, np.zeros(4)]), np.append(model.first[:-1], 0)
+        parts = [tiles.near[i : i + k] for i, k in tiles.table[:, [NEAR, COUNT]]]
         tiles = tiles._replace(
             sensors=np.concatenate([every[:, near].reshape(-1) for near in parts]),
-            first=np.concatenate([np.append(kinds[near], last) for near in parts]),
+            first=np.concatenate([np.append(kinds[near], model.first[-1]) for near in parts]),
         )
-        return tiles, Beyond(outer, nodes, boxes, np.array([0, len(nodes)]), np.arange(len(nodes))), sizes
+        return tiles, Beyond(outer, nodes, boxes, np.array([0, count]), np.arange(count)), sizes
+
+
+class RoundLocator(AreaLocator):
+    """Finds the round contact of a family in frames of readings: position, forces and half width.
+
+    The search is global in all three coordinates; readings know the square of the half width, so that its interval
+    begins at 0 where they cannot tell the contact from a point (docs/fitting_area.md).
+
+    Parameters
+    ----------
+    response : RoundResponse
+        Readings under unit forces; it has to reach as that of an `AreaLocator`.
+    array, search
+        As of `AreaLocator`.
+    half_width : (float, float)
+        Least and largest half width [m]; twice the same where it is known.
+    moment : RoundResponse, optional
+        Readings under a unit moment about the normal, in place of N: then a moment is fitted as well.
+    options
+        `beyond`, `friction`, `scan_step`, `false_alarm`, `ambiguity`, `outliers`, as of `AreaLocator`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As of `AreaLocator`; half widths that the response does not reach.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.grid((2, 4), pitch=2e-3, depth=2e-3, noise=1e-4)
+    >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> locator = finger.locator("round_punch", search=((-3e-3, 3e-3), (-4e-3, 4e-3)))
+    >>> locator.half_width, locator.unknowns
+    ((0.0, 0.003), 6)
+    """
+
+    layout: Layout = ROUND
+    response: RoundResponse
+
+    def __init__(
+        self,
+        response: RoundResponse,
+        array: SensorArray,
+        search: tuple[tuple[float, float], tuple[float, float]],
+        half_width: tuple[float, float],
+        *,
+        moment: RoundResponse | None = None,
+        **options: Any,
+    ) -> None:
+        low, high = (_check.scalar("half_width", value, unit="m", at_least=0.0) for value in half_width)
+        if not low <= high <= response.widest * (1 + 1e-12):
+            rule = f"ascending half widths up to {response.widest:.6g} m are needed"
+            raise InvalidValueError(f"half_width = {half_width!r}", rule, "half_width=(0.0, 2e-3)")
+        self.moment = moment
+        if moment is not None:
+            self.layout = TWIST
+        self.half_width, self.wide = (low, min(high, response.widest)), high > low
+        super().__init__(response, array, search, **options)
+
+    def _kernel(self) -> Any:
+        from .round_project import project_round
+
+        return project_round
+
+    def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
+        whole = out if self.layout.twist else np.empty((len(out), TWIST.columns))
+        self._compiled(frames, *arrays, whole)
+        if whole is not out:
+            out[:] = whole[:, _WITHOUT]
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        array = self.array.select(pattern)
+        response = self.response.select(pattern)
+        contact, error, terms, cells = tables_of(response, array)
+        low, high = np.square(self.half_width)
+        widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
+        shares = np.polynomial.chebyshev.chebvander(2 * widths / contact.most - 1, contact.sums.shape[-1] - 1)
+        tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", contact.sums, shares))
+        narrowest = response.separate().at(float(np.sqrt(low)))
+        points = model_of(narrowest, np.asarray(array.noise), cells, tables[0], terms)
+        every = [self._seen(partial(self.response.at, float(np.sqrt(q))), pattern, i) for i, q in enumerate(widths)]
+        ends = [0, -1] if self.wide else [0]
+        tiles, beyond, sizes = self._looked_at(points, every, [every[i] for i in ends])
+        if self.moment is not None:
+            part = self.moment.select(pattern)
+            turns, wrong = part.cubics()
+            turns = np.ascontiguousarray(turns.reshape(turns.shape[0] * cells, -1, turns.shape[-1]))
+            turned = np.ascontiguousarray(part.table.terms).astype(np.int64)
+            contact, error = contact._replace(turns=turns, turned=turned), max(error, wrong)
+        settings = self._settings(array, narrowest, error)
+        search = RoundSearch(contact, points, tables, widths, widths[ends], np.array([low, high]), tiles, settings)
+        return sensor_rows(array), plain(search), plain(beyond), sizes
 
 
 def reach_of(array: SensorArray, box: FloatArray, beyond: float = 0.0) -> float:

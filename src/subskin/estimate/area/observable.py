@@ -3,7 +3,7 @@
 At nu = 1/2 every stress and strain beneath a point load is (F.r) times a function of position, r from the load to the
 sensor; so F is seen only as far as the r span space. Sensors on one straight line see four of the five unknowns,
 however many there are, and the same holds at any nu for a normal strain, a normal stress or a pressure
-(docs/locating_area.md).
+(docs/locating_area.md). Whether they tell a moment about the normal, and a load from another one close by.
 """
 
 from __future__ import annotations
@@ -16,11 +16,15 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
+from ...contact import RoundContact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...prepared import prepared
+from ...radial_round import RoundResponse, tabulate_moment, tabulate_round
+from ..cone import eliminate_three
+from .tiles import Seen
 
-__all__ = ["Observable", "observable", "refuse_blind"]
+__all__ = ["Observable", "least_told_apart", "moment_of", "observable", "refuse_blind"]
 
 NAMES = ("y", "z", "N", "Ty", "Tz")
 _STEP = 1e-3
@@ -30,6 +34,19 @@ _SHOWN = 0.15
 _TRIAL = np.array([1.0, 0.25, 0.15])
 _OFF = ((0.1, 0.3), (-0.2, -0.15), (0.35, -0.05))
 """Where loads are tried, in shares of the array's extent about its middle; none stands on an axis of it."""
+_FEWEST = 8
+"""Readings from which a moment is fitted if nothing is said: one more than unknowns."""
+_UNTOLD = 1e-3
+"""Share of a moment's readings that nothing else explains, below which the sensors do not tell it."""
+_WIDTH = 0.5
+"""Half width of the trial, in the largest one."""
+_AWAY = (0.25, 0.4, 0.55)
+"""Depths from a load to the one that reads like it: nearer ones are one top, farther ones the scan tells apart."""
+_TURNS = 2 * np.pi * np.arange(12) / 12
+_OVER = np.array([0.2, 0.4, 0.6, 0.8])
+"""Where loads stand, in shares of the sensors' box."""
+_LEANS = 0.5
+"""Drag over the normal force, or the friction where that is less."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,10 +131,7 @@ def observable(
     """
     array = finger.array
     depth = float(np.asarray(array.depth).min())
-    if position is None:
-        at = _middle(finger) + np.array(_OFF[0]) * np.maximum(np.ptp(array.points, axis=0), 2 * depth)
-    else:
-        at = _check.real("position", position, unit="m")
+    at = _trials(finger)[0] if position is None else _check.real("position", position, unit="m")
     force = _check.real("components", components, unit="N")
     if at.shape != (2,) or force.shape != (3,):
         seen = f"position of shape {at.shape}, components of shape {force.shape}"
@@ -163,11 +177,7 @@ def refuse_blind(finger: Finger) -> None:
     """
 
     def best() -> Observable:
-        array, tried = finger.array, []
-        extent = np.maximum(np.ptp(array.points, axis=0), 2 * float(np.asarray(array.depth).min()))
-        for off in _OFF:
-            tried.append(observable(finger, _middle(finger) + np.array(off) * extent))
-        return max(tried, key=lambda told: told.rank)
+        return max((observable(finger, at) for at in _trials(finger)), key=lambda told: told.rank)
 
     told = prepared(finger).get(("observable",), best)
     if told.rank < 5:
@@ -182,6 +192,83 @@ def refuse_blind(finger: Finger) -> None:
         )
 
 
-def _middle(finger: Finger) -> FloatArray:
-    points = finger.array.points
-    return np.asarray(0.5 * (points.min(axis=0) + points.max(axis=0)))
+def _trials(finger: Finger) -> FloatArray:
+    """Where loads are tried, (3, 2)."""
+    points, depth = finger.array.points, float(np.asarray(finger.array.depth).min())
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return np.asarray(middle + np.array(_OFF) * np.maximum(np.ptp(points, axis=0), 2 * depth))
+
+
+def moment_of(
+    finger: Finger, family: type[RoundContact], radius: float, widest: float, wanted: object
+) -> RoundResponse | None:
+    """The response to a moment where it is to be fitted: if nothing is said, where the sensors tell it.
+
+    Parameters
+    ----------
+    finger, family, radius, widest
+        As of `tabulate_round`.
+    wanted : bool or None
+        Whether it is fitted; None: where it can be.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Something that is no bool; a moment that is wanted and cannot be told.
+    """
+    if wanted is not None and not isinstance(wanted, bool | np.bool_):
+        raise InvalidValueError(f"moment = {_check.shown(wanted)}", "has to be True, False or None", "moment=True")
+    live = int(finger.array.live.sum())
+    if wanted is False or (wanted is None and live < _FEWEST):
+        return None
+    made = tabulate_moment(finger, family, radius, widest)
+    enough = made is not None and live > _FEWEST - 2
+    if made is not None and enough and _share(finger, tabulate_round(finger, family, radius, widest), made) > _UNTOLD:
+        return made
+    if wanted:
+        why = "no sensor reads it" if made is None else f"{live} sensors cannot tell it from the other unknowns"
+        rule = (
+            "normal strain, pressure and normal stress do not see a moment about the normal; seven unknowns need seven"
+        )
+        raise GeometryError(f"moment = True: {why}", rule, "sensors of shear or of displacement, or leave moment out")
+    return None
+
+
+def _share(finger: Finger, response: RoundResponse, moment: RoundResponse) -> float:
+    """Share of a moment's readings, weighed by the noise, that no other unknown makes; the best of few."""
+    array, best, a = finger.array, 0.0, _WIDTH * response.widest
+    h = _STEP * float(np.asarray(array.depth).min())
+    scale = (1 / np.where(np.asarray(array.noise) > 0, array.noise, np.inf))[array.live]
+
+    def read(at: FloatArray, width: float) -> FloatArray:
+        return np.asarray((response.at(width)(at) @ _TRIAL)[array.live] * scale)
+
+    for at in _trials(finger):
+        turned = moment.at(a)(at)[array.live, 0] * scale
+        slopes = [read(at + step, a) - read(at - step, a) for step in (np.array([h, 0]), np.array([0, h]))]
+        others = [*slopes, read(at, a + h) - read(at, a - h), *(response.at(a)(at)[array.live] * scale[:, None]).T]
+        matrix = np.column_stack([each / max(float(np.linalg.norm(each)), 1e-300) for each in others])
+        rest = turned - matrix @ np.linalg.lstsq(matrix, turned, rcond=1e-9)[0]
+        best = max(best, float(np.linalg.norm(rest) / max(float(np.linalg.norm(turned)), 1e-300)))
+    return best
+
+
+def least_told_apart(seen: Seen) -> float:
+    """The least share of a load's squared readings that no load about half a depth away explains.
+
+    Loads press, and lie within the cone of friction.
+    """
+    low, high = seen.points.min(axis=0), seen.points.max(axis=0)
+    at = np.stack(np.meshgrid(*(low[i] + (high[i] - low[i]) * _OVER for i in (0, 1))), axis=-1).reshape(-1, 2)
+    ring = seen.depth * np.concatenate([r * np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1) for r in _AWAY])
+    lean = min(_LEANS, seen.friction)
+    forces = np.array([(1, 0, 0), (1, lean, 0), (1, -lean, 0), (1, 0, lean), (1, 0, -lean)])
+    felt = forces @ seen(at).swapaxes(1, 2)  # positions, forces, sensors
+    near = seen((at[:, None] + ring).reshape(-1, 2)).reshape(len(at), len(ring), seen.sensors, 3)
+    gram = near.swapaxes(2, 3) @ near
+    along = np.einsum("prnk,pfn->prfk", near, felt)
+    size, least = (felt**2).sum(axis=2), 1.0
+    for p, r, f in np.ndindex(along.shape[:3]):
+        _, _, _, explained, *_ = eliminate_three(*gram[p, r][np.triu_indices(3)], *along[p, r, f], seen.friction)
+        least = min(least, 1.0 - explained / size[p, f])
+    return float(least)

@@ -53,6 +53,19 @@ class PointModel(NamedTuple):
     bits: npt.NDArray[np.int64]
 
 
+def laid_out(response: RadialResponse, table: FloatArray) -> tuple[FloatArray, npt.NDArray[Any], int]:
+    """Tables (kinds, cells, functions, 4, ...) of a response as loops want them, their terms, and the cells of a kind.
+
+    Of harmonics 0 and 1 alone f and g, as `read` takes them, and no terms.
+    """
+    terms, cells = response.terms, table.shape[1]
+    if response.pair is not None:
+        table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
+        terms = terms[:0]
+    rows, functions = table.shape[0] * cells, 4 * table.shape[2]
+    return np.ascontiguousarray(table.reshape(rows, functions, *table.shape[4:])), terms, cells
+
+
 def model_of(
     response: RadialResponse, noise: FloatArray, cells: int, table: FloatArray, terms: npt.NDArray[Any]
 ) -> PointModel:

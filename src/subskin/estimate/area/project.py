@@ -1,9 +1,9 @@
 """The compiled heart of `locate` on an area: variable projection of each frame.
 
-Frames of one strongest sensor go one after another (`order.py`): its tile is then read from near by, and what is asked
-of all alike is asked of eight. Scan S over that tile (`scan.py`), climb from its highest nodes (`tops.py`); where what
-is left is more than noise, over the whole grid, then over a finer one. Where no load further out could explain the
-readings (`reach.py`), a tile over the sensors is enough.
+Frames of one strongest sensor go one after another (`scan.by_strongest`): its tile is then read from near by, and what
+is asked of all alike is asked of eight. Scan S over that tile (`scan.py`), climb from its highest nodes
+(`judge.tops_of`); where what is left is more than noise, over the whole grid, then over a finer one. Where no load
+further out could explain the readings (`far.py`), a tile over the sensors is enough.
 Judge, look round the top, at the sides of the search and beyond, and write a row. Only arrays and numbers go in and
 out: `locator.py` prepares them, `estimate/layout.py` names the columns.
 """
@@ -21,17 +21,26 @@ from ..._compiled import compiled
 from ..._lanes import EIGHT, fetch
 from ..layout import AREA
 from ..varpro import Ending, Limits
-from .fall import LANES
-from .far import Far
-from .judge import FINE, MOST, beside, is_broad, look_round, outside, unsure, widest_variance
-from .order import by_strongest, whitened
+from .fall import LANES, look_round, widest_variance
+from .far import FEW as LANED
+from .far import Far, crowded, regions_left
+from .judge import (
+    FINE,
+    MOST,
+    Beyond,
+    Scratch,
+    Search,
+    Settings,
+    beside,
+    is_broad,
+    nearby,
+    outside,
+    tops_of,
+    unsure,
+)  # fmt: skip
 from .point import FIT, ROWS, Point, PointModel, climb, covariance
-from .reach import FEW as LANED
-from .reach import crowded, regions_left
-from .scan import taken
-from .settings import Beyond, Scratch, Search, Settings
+from .scan import by_strongest, taken, whitened
 from .tiles import Tiles
-from .tops import nearby, tops_of
 
 FEW, _AGAIN = 4, 3
 MOST_CHI2 = 1e30
@@ -56,7 +65,7 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
     """
     n, settings, tiles, fits, more, trial = w.size, search.settings, search.tiles, room.fits, room.more, room.trials[0]
     limits, box, model = settings.limits, settings.box, search.model
-    fine, spread_of = Ending(FINE, settings.smallest, 0.0, -math.inf), row[_COVARIANCE:]
+    fine, spread = Ending(FINE, settings.smallest, 0.0, -math.inf), row[_COVARIANCE:_RESIDUAL]
     base = tiles.table.shape[0] - n - 2  # tiles that are looked at first, where there are any
     best = second = -1
     left = bound = settings.largest
@@ -91,23 +100,23 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
     more[0] = more[1] = more[2] = 0.0
     few = n <= _TINY or explained * settings.told < _TOLD
     if few:
-        covariance(fits[best], limits, more, spread_of)
-        best, second = beside(w, search, room, best, second, row)
+        covariance(fits[best], limits, more, spread)
+        best, second = beside(w, search, room, best, second, spread)
     fit, status, shape = fits[best], _OK, 0
     for _ in range(_AGAIN):
-        covariance(fit, limits, more, spread_of)
-        spread = widest_variance(row)
-        if not (settings.curved * settings.curved < spread < settings.broad * settings.broad * 100.0):
+        covariance(fit, limits, more, spread)
+        widest = widest_variance(spread)
+        if not (settings.curved * settings.curved < widest < settings.broad * settings.broad * 100.0):
             break
         near_w, near = nearby(w, model, tiles, t, room.part)
-        shape = look_round(w, near_w, near, search, room, fit, row)
+        shape = look_round(w, near_w, near, search, room, fit, spread)
         if shape >= 0:
             break
         higher = room.trials[1]
         climb(w, model, limits, box, Point(higher.y, higher.z), fine, fit, trial)
         more[0] = more[1] = more[2] = 0.0
     if more[0] != 0.0 or shape < 0:
-        covariance(fit, limits, more, spread_of)
+        covariance(fit, limits, more, spread)
     explained, row[_RESIDUAL] = fit.explained, fit.left
     row[_Y], row[_Z] = fit.y, fit.z
     row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = fit.n, fit.ty, fit.tz
@@ -123,10 +132,10 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
         status = _AMBIGUOUS
     if shape < 0 or shape > 1:
         status = _AMBIGUOUS
-    if unsure(fit, row, spread, box) or (
+    if unsure(fit, spread, widest, box) or (
         (shape == 1 or few)
-        and 6.0 * math.sqrt(spread) > settings.broad
-        and is_broad(single[:n], tiles, base + n + 1, Point(fit.y, fit.z), explained, row, spread, settings)
+        and 6.0 * math.sqrt(widest) > settings.broad
+        and is_broad(single[:n], tiles, base + n + 1, Point(fit.y, fit.z), explained, spread, widest, settings)
     ):
         status = _AMBIGUOUS
     row[_STATUS] = status
@@ -242,17 +251,20 @@ def _each(readings, rows, search, beyond, ring, far, room, scratch, out):
 @compiled(inline=True)
 def named_settings(settings):
     """Settings that came without their names."""
-    limits, detection, largest, ambiguity, apart, broad, strong, curved, smallest, box, error, told = settings
-    return Settings(
-        Limits(*limits), detection, largest, ambiguity, apart, broad, strong, curved, smallest, box, error, told
-    )  # fmt: skip
+    return Settings(Limits(*settings[0]), *settings[1:])
 
 
 @compiled(inline=True)
 def named_beyond(beyond):
     """What is beyond, that came without its names."""
-    tiles, nodes, boxes, held, members = beyond
-    return Beyond(Tiles(*tiles), nodes, boxes, held, members)
+    return Beyond(Tiles(*beyond[0]), *beyond[1:])
+
+
+@compiled(inline=True)
+def in_room(model, n):
+    """A `PointModel` that came without its names and scratch, with scratch for n sensors."""
+    rows = np.empty((ROWS, n + 1))
+    return PointModel(*model[:4], rows, rows.view(np.int64))
 
 
 @compiled(inline=True)
@@ -261,7 +273,7 @@ def room_of(widest, lead, n):
     heights = np.empty(widest + 2 * lead, dtype=np.float32)
     for p in range(lead):
         heights[p] = np.float32(-1)
-    score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty(MOST + 6, FIT), np.empty(2, FIT)
+    score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty(MOST + 6, FIT), np.zeros(4, FIT)
     return Scratch(
         lead, heights, np.empty(n + 1), score, at, fits, trials, np.empty(LANES), np.empty(8), np.empty(3), np.zeros(3)
     )
@@ -274,11 +286,9 @@ def project_frames(readings, rows, model, tiles, beyond, ring, far, sizes, setti
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; model: without its scratch;
     tiles: of the search; beyond: of what is outside it; ring, far: `Far` of the search but its part over the sensors,
     and of what is beyond; sizes: most nodes, and the longest row of all tiles. All of these without their names, as of
-    `settings.plain`.
+    `judge.plain`.
     """
     n, (widest, lead) = readings.shape[1], (sizes[0], sizes[1])
-    scratch, its = np.empty((ROWS, n + 1)), PointModel(*model)
-    mine = PointModel(its.sensors, its.first, its.table, its.terms, scratch, scratch.view(np.int64))
     inner, outer, known = Far(*ring), Far(*far), named_settings(settings)
     turns = np.empty((2, readings.shape[0] + n + 2), dtype=np.int64)
     hot, order, start = turns[0, n + 2 :], turns[1, n + 2 :], turns[0, : n + 2]
@@ -289,5 +299,5 @@ def project_frames(readings, rows, model, tiles, beyond, ring, far, sizes, setti
         np.zeros((EIGHT, n + 1)), np.zeros((EIGHT, n + 1), dtype=np.float32),
         np.empty((EIGHT, 3 * widest + 2 * n + 4), dtype=np.float32), np.empty(widest, dtype=np.float32),
     )  # fmt: skip
-    search = Search(mine, Tiles(*tiles), known)
+    search = Search(in_room(model, n), Tiles(*tiles), known)
     _each(readings, rows, search, named_beyond(beyond), inner, outer, room_of(widest, lead, n), turn, out)

@@ -8,15 +8,18 @@ normal is one more component, which nothing binds.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._compiled import compiled
+from ...array import SensorArray
+from ...radial_round import RoundResponse
 from ..varpro import kernel
-from .point import CELLS, harmonic
+from . import point
+from .point import CELLS, harmonic, laid_out
 
 ROWS = 16
 """Rows of scratch a sensor needs: readings under N, Ty and Tz, their slopes in y, z and q; the same of a moment."""
@@ -24,6 +27,8 @@ ROWS = 16
 
 BY_Q, MOMENT = 9, 12
 """Rows at which slopes in q begin, and those of a moment."""
+_PAIR = np.array([[0, 0, 0, 0, 1], [1, 1, 0, 1, 1], [2, 1, 1, 1, 1]])
+"""Terms of a response that is but f and g."""
 
 
 class RoundAt(NamedTuple):
@@ -54,15 +59,42 @@ class RoundModel(NamedTuple):
     rows: FloatArray
 
 
+_MADE = RoundModel._fields.index("shares")
+"""Fields of a model that are no scratch."""
+
+
+def model_of(response: RoundResponse, array: SensorArray) -> RoundModel:
+    """What climbs over round contacts go by, without a moment and without the loop's scratch.
+
+    Parameters
+    ----------
+    response : RoundResponse
+        Readings under unit forces of the sensors of `array`.
+    array : SensorArray
+        Their noise.
+    """
+    return tables_of(response, array)[0]
+
+
+def tables_of(response: RoundResponse, array: SensorArray) -> tuple[RoundModel, float, npt.NDArray[Any], int]:
+    """As `model_of`; the error of its tables, the terms of point loads that read so, and the cells of a kind."""
+    response, none = response.separate(), np.empty((0, 0))
+    sums, error = response.cubics()
+    sums, terms, cells = laid_out(response.table, sums)
+    own = point.model_of(response.table, np.asarray(array.noise), cells, sums, terms if len(terms) else _PAIR)
+    model = RoundModel(
+        own.sensors, own.first, sums, own.terms, response.widest**2, sums[:0], own.terms[:0], none, none, none
+    )
+    return model, error, terms, cells
+
+
 @compiled(inline=True)
 def in_room(model):
     """The model with scratch of its own."""
     shares = np.empty((2, model.sums.shape[2]))
     part = np.empty((max(model.sums.shape[1], model.turns.shape[1]) // 4, 3))
     rows = np.zeros((ROWS, model.sensors.shape[1]))
-    return RoundModel(
-        model.sensors, model.first, model.sums, model.terms, model.most, model.turns, model.turned, shares, part, rows
-    )
+    return RoundModel(*model[:_MADE], shares, part, rows)
 
 
 @compiled(borrows=True)

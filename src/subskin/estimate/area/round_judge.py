@@ -6,15 +6,13 @@ import math
 
 from ..._compiled import compiled
 from ..varpro import Ending
-from .judge import FINE
+from .judge import FINE, best_beyond
 from .round_contact import RoundAt, climb, information
-from .scan import taken, within
-from .tiles import NODES, SHAPES, STRIDE
 
-_LOW, _HIGH = 4, 5
+LOW, HIGH = 4, 5
 """Where a box has the ends of q."""
-_TURN, _END = 5, 6
-"""Where a side has the move of a moment, and the end of q."""
+TURN, END, MOVES = 5, 6, 7
+"""Where a side has the move of a moment, and the end of q; before these stand the moves of y, z, N, Ty and Tz."""
 MORE = 6
 """Climbs of `further_tops`."""
 _SURE, _SURE2 = 1.959964, 3.841459
@@ -22,6 +20,12 @@ _SURE, _SURE2 = 1.959964, 3.841459
 _TRIES = 5
 _LEAST = 0.2
 """Least rise of chi-square that says how it rises further."""
+
+
+@compiled(inline=True)
+def uphill(gain):
+    """A climb over position and width ends with a step that raises S by less than this."""
+    return Ending(gain, 0.0, 0.0, -math.inf)
 
 
 @compiled(borrows=True)
@@ -54,13 +58,13 @@ def further_tops(w, model, limits, box, away, best, count, tops, trial):
     Few sensors leave pairs of tops near each other.
     """
     top = tops[best]
-    y, z, q, ending = top.y, top.z, top.q, Ending(FINE, 0.0, 0.0, -math.inf)
+    y, z, q = top.y, top.z, top.q
     for side in range(MORE):
         to_y = y + (away if side == 0 else -away if side == 1 else 0.0)
         to_z = z + (away if side == 2 else -away if side == 3 else 0.0)
-        to_q = box[_LOW] if side == 4 else box[_HIGH] if side == 5 else q
+        to_q = box[LOW] if side == 4 else box[HIGH] if side == 5 else q
         if side < 4 or abs(math.sqrt(to_q) - math.sqrt(q)) > away:
-            climb(w, model, limits, box, RoundAt(to_y, to_z, to_q), ending, tops[count], trial)
+            climb(w, model, limits, box, RoundAt(to_y, to_z, to_q), uphill(FINE), tops[count], trial)
             count += 1
     return count
 
@@ -71,7 +75,7 @@ def _moved(fit, best, deviations, moves):
     over = 1.0 / deviations
     moves[0], moves[1] = over * (fit.y - best.y), over * (fit.z - best.z)
     moves[2], moves[3], moves[4] = over * (fit.n - best.n), over * (fit.ty - best.ty), over * (fit.tz - best.tz)
-    moves[_TURN] = over * (fit.moment - best.moment)
+    moves[TURN] = over * (fit.moment - best.moment)
 
 
 @compiled(borrows=True)
@@ -86,25 +90,25 @@ def width_profile(w, model, limits, box, best, only, trials, sides):
     minor = told.y_y * told.z_z - told.y_z * told.y_z
     first, second = told.z_z * told.y_q - told.y_z * told.z_q, told.y_y * told.z_q - told.y_z * told.y_q
     alone = told.q_q - (told.y_q * first + told.z_q * second) / minor
-    q, whole, ending = best.q, box[_HIGH] - box[_LOW], Ending(0.1 * FINE, 0.0, 0.0, -math.inf)
+    q, whole = best.q, box[HIGH] - box[LOW]
     reach = _SURE / math.sqrt(alone) if alone * whole * whole > _SURE2 else whole
     for k in range(4):
         only[k] = box[k]
     shut = 0
     for side in range(2):
-        sign, limit = (1.0 if side else -1.0), box[_LOW + side]
-        sides[side, _END], closed, drop = limit, True, 0.0
+        sign, limit = (1.0 if side else -1.0), box[LOW + side]
+        sides[side, END], closed, drop = limit, True, 0.0
         to, y, z = q + sign * reach, best.y, best.z
         for k in range(6):
             sides[side, k] = 0.0
         for _ in range(_TRIES if limit != q else 0):
-            here = min(max(to, box[_LOW]), box[_HIGH])
-            only[_LOW] = only[_HIGH] = here
-            climb(w, model, limits, only, RoundAt(y, z, here), ending, fit, trials[1])
+            here = min(max(to, box[LOW]), box[HIGH])
+            only[LOW] = only[HIGH] = here
+            climb(w, model, limits, only, RoundAt(y, z, here), uphill(0.1 * FINE), fit, trials[1])
             drop, y, z = best.explained - fit.explained, fit.y, fit.z
             if drop < -0.1:
                 return False
-            sides[side, _END], closed = here, here == limit and drop < _SURE2
+            sides[side, END], closed = here, here == limit and drop < _SURE2
             if closed or abs(drop - _SURE2) < 0.05 * _SURE2:
                 break
             to = q + (here - q) * min(max(math.sqrt(_SURE2 / max(drop, _LEAST)), 0.3), 3.0)
@@ -112,7 +116,7 @@ def width_profile(w, model, limits, box, best, only, trials, sides):
             shut += 1 + side
         else:
             longer = math.sqrt(_SURE2 / max(drop, _LEAST))
-            sides[side, _END] = min(max(q + (sides[side, _END] - q) * longer, box[_LOW]), box[_HIGH])
+            sides[side, END] = min(max(q + (sides[side, END] - q) * longer, box[LOW]), box[HIGH])
         if limit != q:
             _moved(fit, best, sign * (_SURE if closed else math.sqrt(max(drop, _LEAST))), sides[side])
     for k in range(6):  # the side that the search cuts short says less than the other one
@@ -123,37 +127,26 @@ def width_profile(w, model, limits, box, best, only, trials, sides):
 
 
 @compiled(borrows=True)
-def contact_outside(w, single, model, limits, beyond, t, widths, seen, least, room, trials):
+def contact_outside(w, model, limits, beyond, widths, seen, least, mine, room):
     """Whether S reaches `least` at a side of the search, or beyond, at any width, tried where the scan is over `seen`.
 
-    widths: the squares that are scanned there; room: a `round_project._RoundRoom`; trials: two fits.
+    widths: the squares that are scanned there; mine: a `round_project._RoundRoom`; room: a `judge.Scratch`.
     """
-    tiles, nodes, picked, only, box, c, s = (
-        beyond.tiles, beyond.nodes, room.picked, room.only, room.box, room.shares, room.heights
-    )  # fmt: skip
-    index = tiles.table
-    for b in range(4):  # of each box the best node of the scans: what S may be near it, y, z, q
-        picked[b, 0] = seen
-        picked[b, 3] = -1.0
-    for j in range(widths.size):
-        e = t + j * (w.size + 1)
-        m, count, start = index[e, NODES], index[e, STRIDE], int(tiles.origin[e, 0])
-        if count == 0:
-            continue
-        taken(single, single, tiles, e, c, c)
-        within(tiles.shapes[index[e, SHAPES] : index[e, SHAPES] + 9 * m].reshape((9, m)), limits.friction, c, s[:m])
-        for p in range(count):
-            b = int(nodes[start + p, 2])
-            if s[p] >= nodes[start + p, 3] * picked[b, 0]:
-                picked[b, 0] = s[p] / nodes[start + p, 3]
-                picked[b, 1], picked[b, 2], picked[b, 3] = nodes[start + p, 0], nodes[start + p, 1], widths[j]
-    only[_LOW], only[_HIGH] = box[_LOW], box[_HIGH]
+    top, best, only, fit, single = room.ratio[:4], room.ratio[4:], mine.only, mine.others[0], mine.single
     for b in range(4):
-        if picked[b, 3] >= 0.0:
+        top[b], best[b] = seen, -1.0
+    for i in range(w.size):
+        single[i] = w[i]
+    for j in range(widths.size):
+        best_beyond(single, w.size, beyond, j, mine.kept, 0, limits.friction, mine.tried, top, best)
+    only[LOW], only[HIGH] = mine.box[LOW], mine.box[HIGH]
+    for b in range(4):
+        if best[b] >= 0.0:
+            p = int(best[b])
             for k in range(4):
                 only[k] = beyond.boxes[b, k]
-            at, ending = RoundAt(picked[b, 1], picked[b, 2], picked[b, 3]), Ending(0.05, 0.0, 0.0, -math.inf)
-            climb(w, model, limits, only, at, ending, trials[0], trials[1])
-            if trials[0].explained > least:
+            at = RoundAt(beyond.nodes[p, 0], beyond.nodes[p, 1], widths[p // beyond.members.size])
+            climb(w, model, limits, only, at, uphill(0.05), fit, mine.others[1])
+            if fit.explained > least:
                 return True
     return False

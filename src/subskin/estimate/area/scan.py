@@ -13,57 +13,107 @@ import numpy as np
 
 from ..._compiled import compiled
 from ..._lanes import EIGHT, alike, answers, eight, first_of, put, where
-from .tiles import BASIS, COUNT, NEAR, NODES, ORDER
+from .tiles import BASIS, COUNT, NEAR, NODES
 
 TINY = np.float32(1e-30)
 _R22, _OVER = 5, 6
 """Rows of shapes: the last entry of the columns, and where 1 over those of the diagonal begin."""
+_SIZE, _WORD, _INDEX = np.int64(0x7FFFFFFF), np.int64(32), np.int64(0xFFFFFFFF)
 HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float32(0)
 
 
-@compiled(exact=True, borrows=True)
-def _shares(readings, k, basis, at, nodes, c, d):
-    """What a basis (3 nodes / 16, k, 16) that begins at `at` takes of two frames, into c and d (3 nodes,).
-
-    readings: k of the one, then k of the other.
-    """
-    for p in range(0, 3 * nodes, 2 * EIGHT):
-        c0, c1, d0, d1 = alike(NOUGHT), alike(NOUGHT), alike(NOUGHT), alike(NOUGHT)
-        for i in range(k):
-            here = at + k * p + 2 * EIGHT * i
-            r, s, b0, b1 = readings[i], readings[k + i], eight(basis, here), eight(basis, here + EIGHT)
-            c0 += b0 * r
-            c1 += b1 * r
-            d0 += b0 * s
-            d1 += b1 * s
-        put(c, p, c0)
-        put(c, p + EIGHT, c1)
-        put(d, p, d0)
-        put(d, p + EIGHT, d1)
+@compiled(inline=True)
+def whitened(frame, rows, w, single):
+    """Fill w and single (n + 1,), readings in units of noise, and give the sum of their squares; NaN if one is out."""
+    total, usable = 0.0, True
+    n = frame.size
+    for i in range(n):
+        r = frame[i]
+        usable &= rows[2, i] < r < rows[3, i]
+        w[i] = (r - rows[0, i]) * rows[1, i]
+        single[i] = w[i]
+        total += w[i] * w[i]
+    return total if usable else math.nan
 
 
 @compiled(inline=True)
-def shares_of_eight(w, n, basis, at, k):
-    """What the basis (3, k, 8) of eight nodes side by side takes of n readings; it begins at `at`."""
+def strongest(single, bits, n):
+    """The sensor with the largest reading, and its square; bits: the readings as integers, which are as quick to rank.
+
+    Numbers without their sign rank as their bits do.
+    """
+    largest = np.int64(0)
+    for i in range(n):  # the first of equals
+        largest = max(largest, (np.int64(bits[i] & _SIZE) << _WORD) + (n - 1 - i))
+    hot = n - 1 - (largest & _INDEX)
+    return hot, single[hot] * single[hot]
+
+
+@compiled(borrows=True)
+def by_strongest(readings, rows, strong, hot, start, order):
+    """Each frame's strongest sensor into hot, and the frames into order: first those of sensor 0, then those of 1.
+
+    A frame that reads less than `strong` noises comes last, its sensor is n. start (n + 2,): scratch.
+    """
+    frames, n = readings.shape
+    for i in range(n + 2):
+        start[i] = 0
+    for f in range(frames):
+        frame, largest, here = readings[f], -1.0, 0
+        for i in range(n):
+            size = abs((frame[i] - rows[0, i]) * rows[1, i])
+            here = i if size > largest else here
+            largest = size if size > largest else largest
+        here = here if largest >= strong else n
+        hot[f] = here
+        start[here + 1] += 1
+    for i in range(n + 1):
+        start[i + 1] += start[i]
+    for f in range(frames):
+        order[start[hot[f]]] = f
+        start[hot[f]] += 1
+
+
+@compiled(inline=True)
+def shares_of_eight(w, n, basis, at):
+    """What the basis (k, 3, 8) of eight nodes side by side takes of n readings; it begins at `at`."""
     c0, c1, c2 = alike(NOUGHT), alike(NOUGHT), alike(NOUGHT)
     for i in range(n):
-        r, here = w[i], at + EIGHT * i
+        r, here = w[i], at + 3 * EIGHT * i
         c0 += eight(basis, here) * r
-        c1 += eight(basis, here + EIGHT * k) * r
-        c2 += eight(basis, here + 2 * EIGHT * k) * r
+        c1 += eight(basis, here + EIGHT) * r
+        c2 += eight(basis, here + 2 * EIGHT) * r
     return c0, c1, c2
 
 
 @compiled(exact=True, borrows=True)
-def _shares_by_eights(readings, k, basis, at, nodes, c, d):
-    """The same of a basis (nodes / 8, 3, k, 8)."""
+def _shares(readings, k, basis, at, nodes, c, d):
+    """The same of two frames and a whole basis (nodes / 8, k, 3, 8), into c and d (3 nodes,).
+
+    readings: k of the one, then k of the other.
+    """
     for p in range(0, nodes, EIGHT):
-        for j in range(2):
-            out = d if j else c
-            c0, c1, c2 = shares_of_eight(readings[j * k :], k, basis, at + 3 * k * p, k)
-            put(out, p, c0)
-            put(out, nodes + p, c1)
-            put(out, 2 * nodes + p, c2)
+        c0, c1, c2, d0, d1, d2 = (
+            alike(NOUGHT), alike(NOUGHT), alike(NOUGHT), alike(NOUGHT), alike(NOUGHT), alike(NOUGHT)
+        )  # fmt: skip
+        for i in range(k):
+            here = at + 3 * (k * p + EIGHT * i)
+            r, s, b0, b1, b2 = (
+                readings[i], readings[k + i], eight(basis, here), eight(basis, here + EIGHT),
+                eight(basis, here + 2 * EIGHT),
+            )  # fmt: skip
+            c0 += b0 * r
+            c1 += b1 * r
+            c2 += b2 * r
+            d0 += b0 * s
+            d1 += b1 * s
+            d2 += b2 * s
+        put(c, p, c0)
+        put(c, nodes + p, c1)
+        put(c, 2 * nodes + p, c2)
+        put(d, p, d0)
+        put(d, nodes + p, d1)
+        put(d, 2 * nodes + p, d2)
 
 
 @compiled(borrows=True)
@@ -80,10 +130,7 @@ def taken(w, v, tiles, t, c, d):
         readings[i], readings[k + i] = r, s
         total += r * r
         other += s * s
-    if index[t, ORDER] == 2:
-        _shares_by_eights(readings, k, basis, at, m, c, d)
-    else:
-        _shares(readings, k, basis, at, m, c, d)
+    _shares(readings, k, basis, at, m, c, d)
     return total, other
 
 

@@ -9,22 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._lanes import EIGHT
-from ...prepared import Prepared
-from ...radial import RadialResponse
+from ...array import SensorArray
 
 __all__ = [
-    "BASIS", "COUNT", "NEAR", "NODES", "ORDER", "ROWS", "SHAPES", "STRIDE", "STRONG", "Response", "SomeSensors",
-    "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strength", "tiles_of",
+    "BASIS", "COUNT", "NEAR", "NODES", "ROWS", "SHAPES", "STRIDE", "STRONG", "Seen", "Tiles", "boxes_beyond",
+    "nodes_beyond", "orthonormal", "rings_round", "strength", "tiles_of",
 ]  # fmt: skip
 
-NEAR, COUNT, BASIS, NODES, SHAPES, ROWS, STRIDE, ORDER = range(8)
+NEAR, COUNT, BASIS, NODES, SHAPES, ROWS, STRIDE = range(7)
 """Columns of a table of tiles."""
 STRONG = 0.7
 """Share of the strongest reading from which a sensor may be the strongest one with noise."""
@@ -39,12 +38,12 @@ _AT_ONCE = 32  # nodes whose readings fit a processor's cache
 class Tiles(NamedTuple):
     """Tiles as compiled loops want them.
 
-    table (tiles, 8): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
-    then rows, and nodes of a row, the last of which is none; how the basis of k sensors lies: 0 (3 nodes / 16, k, 16),
-    1 (nodes, 3, k), 2 (nodes / 8, 3, k, 8); origin (tiles, 4): y and z of its first node and both steps, or instead of
-    y the first of `nodes`; near: the sensors that count, k even; shapes (9, nodes): as of `scan.within`; sensors (4, k)
-    and first (k + 1,): those of a `PointModel` that count, where they are asked for. All lie one tile after the other.
-    A sensor that is one more than there are reads nothing.
+    table (tiles, 7): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
+    then rows, and nodes of a row, the last of which is none; origin (tiles, 4): y and z of its first node and both
+    steps, or instead of y the first of `nodes`; near: the sensors that count, k even; basis (nodes / 8, k, 3, 8);
+    shapes (9, nodes): as of `scan.within`; sensors (4, k) and first (k + 1,): those of a
+    `PointModel` that count, where they are asked for. All lie one tile after the other. A sensor that is one more than
+    there are reads nothing.
     """
 
     table: npt.NDArray[np.int64]
@@ -99,34 +98,31 @@ def orthonormal(fields: FloatArray) -> tuple[FloatArray, FloatArray]:
     return basis, np.stack(rows)
 
 
-class SomeSensors:
-    """Readings of some of an array's sensors under unit forces, at nodes: columns of those of all, which are kept.
+class Seen:
+    """What sensors read at positions, in units of noise.
 
     Parameters
     ----------
-    whole : callable
-        Gives the response of all sensors; asked where nodes are new.
-    pattern : ndarray of bool, shape (sensors of all,)
-        Which sensors they are.
-    kept : Prepared
-        Where readings of all sensors are kept, by nodes.
-    name : int
-        Tells responses of one locator apart.
+    read : callable
+        Readings per unit of (N, Ty, Tz) at positions (m, 2), shape (m, n, 3): a response.
+    array : SensorArray
+        Where they stand, and their noise.
+    depth, friction : float
+        What lengths are measured by [m]; the cone of the loads that are thought of.
     """
 
-    def __init__(
-        self, whole: Callable[[], RadialResponse], pattern: npt.NDArray[np.bool_], kept: Prepared, name: int = 0
-    ) -> None:
-        self.sensors = int(pattern.sum())
-        self._whole, self._pattern, self._kept, self._name = whole, pattern, kept, name
+    def __init__(self, read: Callable[[FloatArray], FloatArray], array: SensorArray, depth: float, friction: float):
+        self.points, self.sensors, self.depth, self.friction = array.points, len(array), depth, friction
+        self._read, self._scale = read, 1 / np.asarray(array.noise)[:, None]
 
     def __call__(self, nodes: FloatArray) -> FloatArray:
         """Readings per unit of (N, Ty, Tz), shape (nodes, n, 3)."""
-        key = (self._name, nodes.shape, nodes.tobytes())
-        return np.compress(self._pattern, self._kept.get(key, lambda: self._whole()(nodes)), axis=-2)
+        return np.asarray(self._read(nodes) * self._scale)
 
-
-Response: TypeAlias = RadialResponse | SomeSensors
+    def made(self, nodes: FloatArray) -> FloatArray:
+        """Unit readings of loads all over the cone, shape (nodes, directions, n)."""
+        out = np.einsum("pnj,dj->pdn", self(nodes), directions(self.friction))
+        return np.asarray(out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-300))
 
 
 class _Builder:
@@ -144,23 +140,17 @@ class _Builder:
         near: npt.NDArray[np.intp],
         shape: tuple[int, int],
         origin: tuple[float, float, float, float],
-        order: int = 0,
     ) -> None:
         """A tile of nodes that have `fields` (nodes, n, 3), of which the sensors `near` count."""
         basis, shapes = orthonormal(fields[:, near])
         (rows, columns), n = shape, fields.shape[1]
         stride = columns + (rows > 1)
-        nodes, k = rows * stride + -(rows * stride) % 16, near.size + near.size % 2
+        nodes, k = rows * stride + -(rows * stride) % EIGHT, near.size + near.size % 2
         at = (np.arange(rows)[:, None] * stride + np.arange(columns)).reshape(-1)
-        full, wide = np.zeros((k, 3, nodes)), np.zeros((9, nodes))
-        full[: near.size, :, at], wide[:, at] = np.moveaxis(basis, 0, -1), shapes
-        if order == 0:
-            full = np.ascontiguousarray(full.reshape(k, -1, 2 * EIGHT).swapaxes(0, 1))
-        elif order == 1:  # where single nodes are looked at
-            full = np.ascontiguousarray(np.moveaxis(full, -1, 0).swapaxes(1, 2))
-        elif order == 2:  # where those are that stand side by side
-            full = np.ascontiguousarray(full.reshape(k, 3, -1, EIGHT).transpose(2, 1, 0, 3))
-        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], rows, stride, order))
+        full, wide = np.zeros((nodes, k, 3)), np.zeros((9, nodes))
+        full[at, : near.size], wide[:, at] = basis, shapes
+        full = np.ascontiguousarray(full.reshape(-1, EIGHT, k, 3).transpose(0, 2, 3, 1))
+        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], rows, stride))
         self.origins.append(origin)
         for i, part in enumerate((np.append(near, [n] * (k - near.size)), full.reshape(-1), wide.reshape(-1))):
             self.parts[i].append(part)
@@ -185,68 +175,48 @@ def _near(share: FloatArray) -> npt.NDArray[np.intp]:
     return np.arange(mean.size) if count > 0.75 * mean.size else np.sort(order[:count])
 
 
-def _grid(box: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    return tuple(np.linspace(low, high, max(math.ceil((high - low) / step - 1e-9) + 1, 3)) for low, high in box)  # type: ignore[return-value]
-
-
-def _fields(response: Response, scale: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+def _grid(box: FloatArray, step: float) -> tuple[FloatArray, tuple[int, int], tuple[float, float, float, float]]:
+    """Nodes (nodes, 2) of a box, how many along y and z, and the first one and both steps."""
+    y, z = (np.linspace(low, high, max(math.ceil((high - low) / step - 1e-9) + 1, 3)) for low, high in box)
     nodes = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2)
-    return response(nodes) * scale[:, None]
+    return nodes, (y.size, z.size), (float(y[0]), float(z[0]), float(y[1] - y[0]), float(z[1] - z[0]))
 
 
 def tiles_of(
-    responses: Sequence[Response],
-    scale: FloatArray,
-    box: FloatArray,
-    step: float,
-    finer: float,
-    friction: float,
-    inner: FloatArray | None = None,
+    seen: Sequence[Seen], box: FloatArray, step: float, finer: float, inner: FloatArray | None = None
 ) -> Tiles:
-    """Of each response a tile for each sensor, one of the whole in steps of `step`, one in steps of `finer`.
+    """Of what is seen a tile for each sensor, one of the whole in steps of `step`, one in steps of `finer`; for each.
 
-    box ((y low, y high), (z low, z high)); scale (n,): 1 / noise. Where `inner` is a smaller box, tiles of
-    it for each sensor come before all others.
+    box ((y low, y high), (z low, z high)). Where `inner` is a smaller box, tiles of it for each sensor come before all
+    others.
     """
     build = _Builder()
     if inner is not None and (inner != box).any():
-        _add_sensors(build, responses[0], scale, inner, step, friction)
-    for response in responses:
-        _add_tiles(build, response, scale, box, step, finer, friction)
+        _add_sensors(build, seen[0], inner, step)
+    for each in seen:
+        every = np.arange(each.sensors)
+        fields, shape, origin = _add_sensors(build, each, box, step)
+        build.add(fields, every, shape, origin)
+        nodes, shape, origin = _grid(box, finer)
+        build.add(each(nodes), every, shape, origin)
     return build.done()
 
 
-def _add_tiles(
-    build: _Builder, response: Response, scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
-) -> None:
-    """The tiles of one response."""
-    fields, y, z = _add_sensors(build, response, scale, box, step, friction)
-    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
-    every = np.arange(response.sensors)
-    build.add(fields, every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
-    y, z = _grid(box, finer)
-    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
-    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps), 2)
-
-
-def _add_sensors(
-    build: _Builder, response: Response, scale: FloatArray, box: FloatArray, step: float, friction: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A tile of one response for each sensor; the readings under unit forces at all nodes, and these."""
-    y, z = _grid(box, step)
-    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
-    fields = _fields(response, scale, y, z)
-    hot, share = strength(fields, friction)
-    columns = z.size
-    for sensor in range(response.sensors):
+def _add_sensors(build: _Builder, seen: Seen, box: FloatArray, step: float) -> tuple[FloatArray, Any, Any]:
+    """A tile for each sensor; the readings at all nodes, and how these lie."""
+    nodes, (rows, columns), origin = _grid(box, step)
+    fields = seen(nodes)
+    hot, share = strength(fields, seen.friction)
+    for sensor in range(seen.sensors):
         here = hot[:, sensor] >= STRONG
         here[np.argmax(hot[:, sensor])] = True
         j, k = np.divmod(np.flatnonzero(here), columns)
-        j0, j1 = max(j.min() - 1, 0), min(j.max() + 2, y.size)
+        j0, j1 = max(j.min() - 1, 0), min(j.max() + 2, rows)
         k0, k1 = max(k.min() - 1, 0), min(k.max() + 2, columns)
         at = (np.arange(j0, j1)[:, None] * columns + np.arange(k0, k1)).reshape(-1)
-        build.add(fields[at], _near(share[at]), (j1 - j0, k1 - k0), (float(y[j0]), float(z[k0]), *steps))
-    return fields, y, z
+        first = (float(nodes[at[0], 0]), float(nodes[at[0], 1]), *origin[2:])
+        build.add(fields[at], _near(share[at]), (j1 - j0, k1 - k0), first)
+    return fields, (rows, columns), origin
 
 
 def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
@@ -256,76 +226,59 @@ def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
     return np.array([[a, y0, c, d], [y1, b, c, d], [y0, y1, c, z0], [y0, y1, z1, d]])
 
 
-def nodes_beyond(
-    responses: Sequence[Response], scale: FloatArray, boxes: FloatArray, depth: float, friction: float,
-    each: bool = True,
-) -> tuple[Tiles, FloatArray]:  # fmt: skip
-    """Of each response a tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 4).
+def rings_round(box: FloatArray, away: Sequence[float], depth: float, coarse: float = 0.0) -> list[FloatArray]:
+    """Positions (m, 2) along each of some rings round a box, so many depths away; of farther ones they lie wider apart.
 
-    These are y, z, which box, and a share. Unless `each`, there is but the tile of all, which lies node by node.
+    coarse: how many depths farther away the rings are thought to be for that.
+    """
+    rings = []
+    for ring in away:
+        step, reach = 0.25 * depth * max(1.0, 1.2 * (ring + coarse)), ring * depth
+        wider = box + reach * np.array([-1.0, 1.0])
+        y, z = (np.linspace(low, high, max(math.ceil((high - low) / step) + 1, 3)) for low, high in wider)
+        ends = [np.column_stack([np.full(z.size, end), z]) for end in (y[0], y[-1])]
+        ends += [np.column_stack([y[1:-1], np.full(y.size - 2, end)]) for end in (z[0], z[-1])]
+        rings.append(np.concatenate(ends))
+    return rings
+
+
+def nodes_beyond(seen: Sequence[Seen], boxes: FloatArray) -> tuple[Tiles, FloatArray]:
+    """Of what is seen a tile of `boxes`, and the nodes of all (nodes, 4): y, z, which box, and a share.
 
     Rings of nodes stand closer near the search, `_RINGS` depths from it. A load of a box explains at most what one of
     its nodes does over that node's share.
     """
-    y0, y1, z0, z1 = boxes[0, 1], boxes[1, 0], boxes[2, 3], boxes[3, 2]
-    rings, ring = [], []
-    for away in _RINGS if boxes[0, 0] < y0 else _RINGS[:1]:
-        step, out = 0.25 * depth * max(1.0, 1.2 * away), away * depth
-        y = np.linspace(y0 - out, y1 + out, max(math.ceil((y1 - y0 + 2 * out) / step) + 1, 3))
-        z = np.linspace(z0 - out, z1 + out, max(math.ceil((z1 - z0 + 2 * out) / step) + 1, 3))
-        rings += [np.column_stack([np.full(z.size, end), z]) for end in (y[0], y[-1])]
-        rings += [np.column_stack([y[1:-1], np.full(y.size - 2, end)]) for end in (z[0], z[-1])]
-        ring += [away] * (2 * z.size + 2 * (y.size - 2))
-    at, build = np.concatenate(rings), _Builder()
+    box = np.array([[boxes[0, 1], boxes[1, 0]], [boxes[2, 3], boxes[3, 2]]])
+    rings = rings_round(box, _RINGS if boxes[0, 0] < box[0, 0] else _RINGS[:1], seen[0].depth)
+    at, ring = np.concatenate(rings), np.repeat(np.arange(len(rings)), [len(part) for part in rings])
+    beside = (at[:, 0] <= box[0, 0], at[:, 0] >= box[0, 1], at[:, 1] <= box[1, 0])
+    which, build = np.select(beside, (0, 1, 2), 3), _Builder()
     nodes: list[FloatArray] = []
-    which = np.where(at[:, 0] <= y0, 0, np.where(at[:, 0] >= y1, 1, np.where(at[:, 1] <= z0, 2, 3)))
-    for response in responses:
-        fields = response(at) * scale[:, None]
-        share = _shares(response, scale, boxes, fields, at, which, np.array(ring), depth, friction)
-        every = np.column_stack([at, which, share])
-        hot, near_share = strength(fields, friction) if each else (fields[..., 0], fields[..., 0])
-        for sensor in range(0 if each else response.sensors, response.sensors + 1):
-            whole = sensor == response.sensors
-            some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= STRONG**2)
-            near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
-            start = float(sum(len(part) for part in nodes))
-            build.add(fields[some], near, (1, some.size), (start, 0.0, 0.0, 0.0), int(not each))
-            nodes.append(every[some])
+    for each in seen:
+        fields = each(at)
+        build.add(fields, np.arange(each.sensors), (1, len(at)), (len(nodes) * len(at), 0.0, 0.0, 0.0))
+        nodes.append(np.column_stack([at, which, _shares(each, boxes, fields, which, ring)]))
     return build.done(), np.concatenate(nodes)
 
 
 def _shares(
-    response: Response,
-    scale: FloatArray,
-    boxes: FloatArray,
-    fields: FloatArray,
-    nodes: FloatArray,
-    which: npt.NDArray[np.intp],
-    ring: FloatArray,
-    depth: float,
-    friction: float,
+    seen: Seen, boxes: FloatArray, fields: FloatArray, which: npt.NDArray[np.intp], ring: npt.NDArray[np.intp]
 ) -> FloatArray:
     """Of each node: the least share of a load in its box that a node of its ring explains where it is the best one."""
-    rng = np.random.default_rng(0)
-    out = np.ones(len(nodes))
-    least = np.ones(len(nodes))
-    for b, (y0, y1, z0, z1) in enumerate(boxes):
+    rng, least = np.random.default_rng(0), np.ones(len(which))
+    for b, ends in enumerate(boxes):
         own = np.flatnonzero(which == b)
         basis, _ = orthonormal(fields[own])
-        at = np.stack([rng.uniform(y0, y1, 2 * _SAMPLES), rng.uniform(z0, z1, 2 * _SAMPLES)], axis=-1)
+        at = np.stack([rng.uniform(low, high, 2 * _SAMPLES) for low, high in (ends[:2], ends[2:])], axis=-1)
         # as many again near the search, where the nodes are close and the share is large
-        span, far = 2.0 * depth, y1 - y0 if b < 2 else z1 - z0
-        across = int(b >= 2)
-        edge = boxes[b, 1] if b == 0 else boxes[b, 0] if b == 1 else boxes[b, 3] if b == 2 else boxes[b, 2]
-        side = -1.0 if b % 2 == 0 else 1.0
-        at[_SAMPLES:, across] = edge + side * rng.uniform(0.0, min(span, far), _SAMPLES)
-        made = np.einsum("pnj,dj->pdn", response(at) * scale[:, None], directions(friction)).reshape(-1, scale.size)
-        made /= np.maximum(np.linalg.norm(made, axis=-1, keepdims=True), 1e-300)
-        parts = (made @ basis[..., 0].T) ** 2
-        parts += (made @ basis[..., 1].T) ** 2
-        parts += (made @ basis[..., 2].T) ** 2
+        across, side = b // 2, b % 2
+        low, high = ends[2 * across : 2 * across + 2]
+        near = rng.uniform(0.0, min(2.0 * seen.depth, high - low), _SAMPLES)
+        at[_SAMPLES:, across] = low + near if side else high - near
+        made = seen.made(at).reshape(-1, seen.sensors)
+        parts = ((made @ basis.swapaxes(0, 2)) ** 2).sum(axis=0)
         best = parts.argmax(axis=-1)
         np.minimum.at(least, own[best], parts[np.arange(best.size), best])
-    for away in np.unique(ring):
-        out[ring == away] = _MARGIN * least[ring == away].min()
-    return out
+    every = np.full(ring.max() + 1, 1.0)
+    np.minimum.at(every, ring, least)
+    return np.asarray(_MARGIN * every[ring])

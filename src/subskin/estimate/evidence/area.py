@@ -16,10 +16,10 @@ from ...errors import InvalidValueError
 from ...finger import Finger
 from ...radial_round import tabulate_round
 from ..area.edge import EdgeModel
-from ..area.locator import search_of
+from ..area.judge import Settings
+from ..area.locator import RoundLocator, search_of
 from ..area.observable import refuse_blind
-from ..area.round_locator import RoundLocator, model_of
-from ..area.settings import Settings
+from ..area.round_contact import model_of
 from ..estimate import Status
 from ..frames import Framewise
 from .columns import LOCAL, STATUS

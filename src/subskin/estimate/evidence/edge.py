@@ -10,7 +10,7 @@ from ..._check import FloatArray
 from ...array import SensorArray
 from ...radial_round import RoundResponse
 from ..area.edge import FEWEST, EdgeModel
-from ..area.round_locator import model_of
+from ..area.round_contact import model_of
 from .kind import Kind
 
 __all__ = ["edge_box", "edge_model", "pair_models"]
