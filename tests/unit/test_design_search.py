@@ -420,6 +420,32 @@ def test_how_far_a_depth_may_be_changed(errors, said):
     assert f"Depth 2.5 mm: for noise alone {said}" in reasons
 
 
+def small(span, **more):
+    """Goals of five sensors at one depth."""
+    room = Room((5, 5), (2e-3, 2e-3), 0.5e-3, **more)
+    choice = {"touches": Touches(20.0, 0.5, span), "accuracy": Accuracy(position=1e-6), "sensors": GOALS.sensors[:1]}
+    return replace(GOALS, **choice, room=room, effort=Effort(1, 8, touches=500))
+
+
+def test_a_row_stands_about_the_middle_of_its_span():
+    here, there = (rank_fingers(search_grid(small((a - 3e-3, a + 3e-3)))).fingers[0] for a in (0.0, 7e-3))
+    np.testing.assert_allclose(there.finger.array.y, np.asarray(here.finger.array.y) + 7e-3, rtol=1e-12)
+    assert there.quality["position_95"] == pytest.approx(here.quality["position_95"], rel=1e-6)
+    assert there.quality["position_95"] == pytest.approx(there.values["position_95"], rel=0.05)
+
+
+def test_sensors_of_a_row_at_free_positions_are_no_worse():
+    goals = small((-3e-3, 3e-3), layouts=("row", "free"))
+    free, even = rank_fingers(search_grid(goals)).fingers
+    assert (free.row.layout.text, even.row.layout.text) == ("5 free", "row of 5")
+    assert 0.9 < free.excess / even.excess < 1
+    y = np.asarray(free.finger.array.y)
+    np.testing.assert_allclose(y, -y[::-1], atol=1e-12)
+    assert np.diff(y).min() >= 0.5e-3 * (1 - 1e-9)
+    found = placement_quality(free.finger, goals.touches)
+    assert found["position_95"] == pytest.approx(free.values["position_95"], rel=0.05)
+
+
 def test_table_and_columns(study, grid):
     columns, rows, left = finger_table(study)
     assert all(len(row) == len(columns) for row in rows)

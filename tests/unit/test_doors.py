@@ -350,7 +350,6 @@ OPTIONS = {
     "rule": lambda value: ss.pressure_map(FINGER, np.zeros(5), rule=value),
     "contact": ss.decide.friction_arm,
     "angle": lambda value: ss.design.two_point_limen(FINGER, TOUCHES, angle=value),
-    "measure": lambda value: ss.design.best_positions(FINGER, TOUCHES, measure=value),
     "lattice": lambda value: ss.design.aliasing_error(FINGER, lattice=value),
     "calibrated": lambda value: ss.design.search.Accuracy(position=1e-4, calibrated=value),
     "family of blind spots": lambda value: FINGER.blind_spots(TOUCHES, family=value),

@@ -1,10 +1,10 @@
-"""Placement of sensors: what is refused, what is left blank, and where free positions come to lie."""
+"""Placement of sensors: what is refused, and what is left blank."""
 
 import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import Touches, best_positions, placement_quality
+from subskin.design import Touches, placement_quality
 from subskin.design.placement import PLACEMENT_MEASURES, Channel, study_at_depth
 from subskin.errors import GeometryError, InvalidValueError, NotLinearError
 from subskin.plot import placement_figure, placement_study_figure
@@ -98,31 +98,6 @@ def test_a_finger_that_cannot_be_judged_is_refused():
     dead = ss.Finger(SKIN, ss.SensorArray([0.0, 1e-3, 2e-3], 2e-3, gain=[1.0, 0.0, 1.0], noise=1e-4))
     with pytest.raises(InvalidValueError, match="2 sensors"):
         placement_quality(dead, TOUCH)
-
-
-def test_free_positions_start_from_sensors_that_are_alike():
-    mixed = ss.Finger(SKIN, ss.SensorArray.line(4, 1e-3, [2e-3, 2e-3, 1e-3, 2e-3], noise=5e-5))
-    with pytest.raises(InvalidValueError, match="depth"):
-        best_positions(mixed, TOUCH)
-    three = ss.Finger(SKIN, ss.SensorArray.line(3, 1e-3, 2e-3, noise=5e-5))
-    with pytest.raises(InvalidValueError, match="infinite"):
-        best_positions(three, TOUCH)
-    with pytest.raises(InvalidValueError, match="measure"):
-        best_positions(FINGER, TOUCH, "beauty")
-    with pytest.raises(InvalidValueError, match="a row that keeps the gap"):
-        best_positions(FINGER, TOUCH, gap=50e-3)
-
-
-def test_free_positions_keep_their_distance_and_come_out_the_same_again():
-    span = Touches(40.0, span=(-3e-3, 3e-3))
-    far = ss.Finger(SKIN, ss.SensorArray.line(6, 2e-3, 2e-3, noise=5e-5))
-    one, two = (
-        best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, rng=3) for _ in range(2)
-    )
-    np.testing.assert_array_equal(one.finger.array.y, two.finger.array.y)
-    assert np.diff(one.finger.array.y).min() >= 1.7e-3 * (1 - 1e-9)
-    assert one.gain > 1
-    assert one.tried <= 450
 
 
 def test_figures_refuse_what_they_cannot_draw():

@@ -8,22 +8,7 @@ from .planning import NextTouch, next_touch
 from .uncertainty import Misfit
 
 __all__ = [
-    "BlindCalibration",
-    "BlindParameter",
-    "Calibration",
-    "Choice",
-    "ErrorRatio",
-    "Health",
-    "Known",
-    "Misfit",
-    "NextTouch",
-    "Parameter",
-    "Score",
-    "SensorHealth",
-    "Trial",
-    "calibrate",
-    "calibrate_blind",
-    "choose",
-    "next_touch",
-    "sensor_health",
-]
+    "BlindCalibration", "BlindParameter", "Calibration", "Choice", "ErrorRatio", "Health", "Known", "Misfit",
+    "NextTouch", "Parameter", "Score", "SensorHealth", "Trial", "calibrate", "calibrate_blind", "choose",
+    "next_touch", "sensor_health",
+]  # fmt: skip

@@ -22,18 +22,9 @@ from ._forward import Forward
 from .uncertainty import Misfit
 
 __all__ = [
-    "FEWEST_SPARE",
-    "WEAK_SHARE",
-    "Calibration",
-    "Fitted",
-    "Health",
-    "Parameter",
-    "Score",
-    "checked_readings",
-    "checked_touches",
-    "score",
-    "weak",
-]
+    "FEWEST_SPARE", "WEAK_SHARE", "Calibration", "Fitted", "Health", "Parameter", "Score", "checked_readings",
+    "checked_touches", "score", "weak",
+]  # fmt: skip
 
 WEAK_SHARE = 0.5
 """Gain, as a share of the median's, below which a sensor is weak."""

@@ -17,7 +17,6 @@ from ..estimate.layout import LINE, WIDE
 from ..estimate.moved import moved
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading
-from ..stream.relaxation import Undoing
 from ..stream.stage import Pipeline, Stage, join
 from ..stream.tare import Tared
 from .common import number, progress_bar, said_of, show, warn_of_raw
@@ -94,7 +93,7 @@ def answers_of(
         found_by = _Chosen(rows, answer)
         pipeline = Pipeline({**stages, "found": found_by})
         undone = stages.get("relaxation")
-        if isinstance(undone, Undoing) and not found_by.takes_doubt:
+        if getattr(undone, "doubted", False) and not found_by.takes_doubt:
             what = "[relaxation] undoes what is held, but this answer does not weigh its doubt"
             print(f"subskin: warning: {what}. Fix: subskin locate does", file=sys.stderr)
         state, first, tared, last = None, 0, [], -np.inf

@@ -15,7 +15,7 @@ from . import two_point as two_point
 from . import words as words
 from .compliance import skin_compliance
 from .half_plane import half_plane_error, half_plane_map
-from .placement import best_positions, placement_quality
+from .placement import placement_quality
 from .response import spatial_response
 from .ridges import Ridges, best_ridge_pitch, press_ridges, ridge_gain
 from .sampling import aliasing_error, sensor_density, sliding_samples
@@ -29,7 +29,6 @@ __all__ = [
     "Ridges",
     "Touches",
     "aliasing_error",
-    "best_positions",
     "best_ridge_pitch",
     "half_plane_error",
     "half_plane_map",

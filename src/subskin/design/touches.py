@@ -96,6 +96,12 @@ class Touches(Noun):
         return 1 if self.area is None else 2
 
     @property
+    def middle(self) -> tuple[float, float]:
+        """About which placements for these touches stand, (y, z) [m]; 0 where no span says."""
+        y, z = self.area or (self.span or (0.0, 0.0), (0.0, 0.0))
+        return 0.5 * (y[0] + y[1]), 0.5 * (z[0] + z[1])
+
+    @property
     def unit(self) -> str:
         """Unit of the force: that of a line load, or of a local one."""
         return "N/m" if self.area is None else "N"

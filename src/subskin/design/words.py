@@ -14,21 +14,9 @@ from .tolerance import SOURCES, Outcome
 from .touches import Touches
 
 __all__ = [
-    "after",
-    "amount_in_words",
-    "force_in_words",
-    "held",
-    "in_words",
-    "met",
-    "reasons_of",
-    "remedies_of",
-    "row_in_words",
-    "tolerances_of",
-    "unit_of",
-    "unseen",
-    "usual_goals_of",
-    "verdict_of",
-]
+    "after", "amount_in_words", "force_in_words", "held", "in_words", "met", "reasons_of", "remedies_of",
+    "row_in_words", "tolerances_of", "unit_of", "unseen", "usual_goals_of", "verdict_of",
+]  # fmt: skip
 
 _NEAR = 1.1
 """A design within this of the best excess is as good as that."""
@@ -213,7 +201,7 @@ def _row(goals: Goals, row: Row | None) -> str:
 
 def row_in_words(goals: Goals, row: Row) -> str:
     """What a design is: how many of what, how far apart and how deep, in which skin."""
-    many = f"{row.layout.text}," if goals.on_area else f"{row.count} ×"
+    many = f"{row.layout.text}," if goals.on_area or row.free else f"{row.count} ×"
     apart = "" if row.free else f"{in_words(row.pitch, 'm')} apart, "
     return (
         f"{many} {goals.choices[row.sensor].name}, {apart}"
@@ -265,7 +253,8 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     ]  # fmt: skip
     if row.free:
         base = study.goals.layouts[n].text
-        reasons[-1] = f"Free positions: the sensors of the best {base} array, each moved while that made it better."
+        what = f"{base} array" if study.goals.on_area else base
+        reasons[-1] = f"Free positions: the sensors of the best {what}, each moved while that made it better."
     others = [("sensor", kind.name, (k, i, n)) for i, kind in enumerate(study.goals.choices) if i != m]
     others += [("skin", skin.name, (i, m, n)) for i, skin in enumerate(study.goals.skins) if i != k]
     for what, name, other in others:

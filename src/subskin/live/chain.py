@@ -18,7 +18,7 @@ from ..decide import Friction, slip
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 from ..io.finger_file import FingerFile
-from ..stream import Pipeline, Tare, Tared, Undoing
+from ..stream import Pipeline, Tare, Tared
 from ..stream.stage import join
 from .batch import Batch
 from .clock import ClockMap, ClockState
@@ -252,7 +252,7 @@ class Chain(Frozen):
         for first, last in ((0, 1), (1, 3), (3, 4), (4, 8)):
             at = np.linspace(1e-3 * first, 1e-3 * last, last - first, endpoint=False)
             state, _ = self.step(state, DeviceFrames(wide[first:last], at), 1e-3 * last)
-        if isinstance(self.pipeline.stages.get("relaxation"), Undoing):
+        if getattr(self.pipeline.stages.get("relaxation"), "doubted", False):
             answer: Any = self.pipeline.stages["found"]
             if getattr(answer, "takes_doubt", False):
                 answer(frames, doubt=np.broadcast_to(noise, frames.shape))

@@ -1,5 +1,5 @@
 from .presses import Column, Presses, RecordingFormat, segment
-from .relaxation import Relaxation, RelaxationState, Relaxing, Undoing, Undone
+from .relaxation import Relaxation, RelaxationState, Relaxing, Undone
 from .relaxation_fit import RelaxationFit, fit_relaxation
 from .stage import Pipeline, Stage
 from .tare import Tare, Tared, TareState
@@ -17,7 +17,6 @@ __all__ = [
     "Tare",
     "TareState",
     "Tared",
-    "Undoing",
     "Undone",
     "fit_relaxation",
     "segment",

@@ -16,7 +16,7 @@ from .._frozen import Frozen, Result
 from ..errors import GeometryError
 from .stage import Stage, check_state, in_order, join, some_of
 
-__all__ = ["Relaxation", "RelaxationState", "Relaxing", "Undoing", "Undone"]
+__all__ = ["Relaxation", "RelaxationState", "Relaxing", "Undone"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +101,9 @@ class Relaxation(Noun):
         return Relaxing(self, backwards=True)
 
     @property
-    def undoing(self) -> Undoing:
+    def undoing(self) -> Relaxing:
         """The stage that does what `undo` does, and says how far each reading is in doubt."""
-        return Undoing(self)
+        return Relaxing(self, backwards=True, doubted=True)
 
     def of_sensors(self, count: int) -> tuple[FloatArray, FloatArray]:
         """Shares (k, n) and doubts (n,) of so many sensors.
@@ -129,80 +129,6 @@ class Relaxation(Noun):
         return np.broadcast_to(wide, (len(wide), count)), np.broadcast_to(np.asarray(self.doubt), count)
 
 
-class _Series(Stage[RelaxationState, Any]):
-    """What runs a relaxation along a stream, forwards or backwards."""
-
-    relaxation: Relaxation
-
-    def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
-        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
-        check_state(state, RelaxationState)
-        if state is None:
-            return None
-        rows = np.full_like(state.rows, np.nan)
-        rows[0] = state.rest
-        rows.flags.writeable = False
-        return RelaxationState(rows, np.nan)
-
-    def _run(
-        self,
-        backwards: bool,
-        state: RelaxationState | None,
-        readings: npt.ArrayLike,
-        time: npt.ArrayLike | None,
-        asked: bool = False,
-    ) -> tuple[RelaxationState, FloatArray, FloatArray]:
-        """The next state, the readings, and where it is `asked` what the terms make of them, of the same shape."""
-        from ._relaxation_kernel import MEMORY, relax  # here, so that whoever relaxes nothing need not load a compiler
-
-        check_state(state, RelaxationState)
-        data, clock = in_order(readings, time, np.nan if state is None else state.time)
-        n, constants, rest = data.shape[-1], np.asarray(self.relaxation.time), self.relaxation.rest
-        share, _ = self.relaxation.of_sensors(n)
-        if state is None:
-            rows = np.full((MEMORY + constants.size, n), np.nan)
-            rows[0] = np.nan if rest is None else rest
-        else:
-            rows = state.rows.copy()
-        if rows.shape != (MEMORY + constants.size, n):
-            rule, fix = f"({MEMORY + constants.size}, {n}) is needed", "a state of this stage, or None to start"
-            raise GeometryError(f"a state of shape {rows.shape}", rule, fix)
-        out, taken = np.empty(data.shape), np.empty(data.shape if asked else (0, n))
-        # views that are alike in memory, however the arrays came: the loop is compiled once
-        given = (data.reshape(-1, n), clock.reshape(-1), share, constants[:])
-        alike = _check.each_read_only(*map(np.ascontiguousarray, given))
-        relax(*alike, backwards, rows, out.reshape(-1, n), taken.reshape(-1, n))
-        rows.flags.writeable = out.flags.writeable = False
-        last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
-        return RelaxationState(rows, last), out, taken
-
-
-@dataclass(frozen=True, eq=False)
-class Relaxing(_Series):
-    """Relaxation put into a stream, or taken off it: `Relaxation.apply` and `Relaxation.undo`.
-
-    Causal, frame by frame, and exact where the elastic reading changes linearly from each frame to the next. What comes
-    out are readings of the same shape, NaN where one was not finite.
-
-    Parameters
-    ----------
-    relaxation : Relaxation
-        How much, and how fast.
-    backwards : bool
-        Whether it is taken off.
-    """
-
-    relaxation: Relaxation
-    backwards: bool
-
-    def step(
-        self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
-    ) -> tuple[RelaxationState, FloatArray]:
-        """Take the next frames of a stream; as `Stage.step`."""
-        left, out, _ = self._run(self.backwards, state, readings, time)
-        return left, out
-
-
 @dataclass(frozen=True, eq=False)
 class Undone(Frozen):
     """Readings with their relaxation taken off, and how far that may be wrong.
@@ -226,17 +152,23 @@ class Undone(Frozen):
 
 
 @dataclass(frozen=True, eq=False)
-class Undoing(_Series):
-    """Relaxation taken off a stream, with a doubt of each reading: `Relaxation.undoing`.
+class Relaxing(Stage[RelaxationState, Any]):
+    """Relaxation put into a stream, or taken off it: `Relaxation.apply`, `Relaxation.undo` and `Relaxation.undoing`.
 
-    A reading's doubt is the series' `doubt` times what the terms make of it, sum of |share (u - h)|: h is what a term
-    remembers. So it grows while a touch is held, is largest against the reading when the touch has gone, and fades with
-    the slowest term.
+    Causal, frame by frame, and exact where the elastic reading changes linearly from each frame to the next. What comes
+    out are readings of the same shape, NaN where one was not finite; where they are `doubted`, `Undone`. A reading's
+    doubt is the series' `doubt` times what the terms make of it, sum of |share (u - h)|: h is what a term remembers. So
+    it grows while a touch is held, is largest against the reading when the touch has gone, and fades with the slowest
+    term.
 
     Parameters
     ----------
     relaxation : Relaxation
         How much, how fast, and how surely.
+    backwards : bool
+        Whether it is taken off.
+    doubted : bool, optional
+        Whether each reading gets a doubt.
 
     Examples
     --------
@@ -250,12 +182,43 @@ class Undoing(_Series):
     """
 
     relaxation: Relaxation
+    backwards: bool
+    doubted: bool = False
+
+    def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
+        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
+        check_state(state, RelaxationState)
+        if state is None:
+            return None
+        rows = np.full_like(state.rows, np.nan)
+        rows[0] = state.rest
+        rows.flags.writeable = False
+        return RelaxationState(rows, np.nan)
 
     def step(
         self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
-    ) -> tuple[RelaxationState, Undone]:
+    ) -> tuple[RelaxationState, Any]:
         """Take the next frames of a stream; as `Stage.step`."""
-        left, out, taken = self._run(True, state, readings, time, asked=True)
-        doubt = taken * self.relaxation.of_sensors(out.shape[-1])[1]
-        doubt.flags.writeable = False
-        return left, Undone(out, doubt)
+        from ._relaxation_kernel import MEMORY, relax  # here, so that whoever relaxes nothing need not load a compiler
+
+        check_state(state, RelaxationState)
+        data, clock = in_order(readings, time, np.nan if state is None else state.time)
+        n, constants, rest = data.shape[-1], np.asarray(self.relaxation.time), self.relaxation.rest
+        share, doubt = self.relaxation.of_sensors(n)
+        if state is None:
+            rows = np.full((MEMORY + constants.size, n), np.nan)
+            rows[0] = np.nan if rest is None else rest
+        else:
+            rows = state.rows.copy()
+        if rows.shape != (MEMORY + constants.size, n):
+            rule, fix = f"({MEMORY + constants.size}, {n}) is needed", "a state of this stage, or None to start"
+            raise GeometryError(f"a state of shape {rows.shape}", rule, fix)
+        out, taken = np.empty(data.shape), np.empty(data.shape if self.doubted else (0, n))
+        # views that are alike in memory, however the arrays came: the loop is compiled once
+        given = (data.reshape(-1, n), clock.reshape(-1), share, constants[:])
+        alike = _check.each_read_only(*map(np.ascontiguousarray, given))
+        relax(*alike, self.backwards, rows, out.reshape(-1, n), taken.reshape(-1, n))
+        rows.flags.writeable = out.flags.writeable = False
+        last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
+        left = RelaxationState(rows, last)
+        return left, Undone(out, _check.read_only(taken * doubt)) if self.doubted else out

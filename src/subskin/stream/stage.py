@@ -224,8 +224,8 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
     `subskin.io.FingerFile.pipeline` makes one from a finger file. A pipeline is a stage itself: `step` goes on with a
     stream, a call takes a whole recording. Both give what came out of each stage, by its name.
 
-    Where a stage gives each reading a doubt, as `Undoing` does, what follows takes it as `doubt` if its `takes_doubt`
-    says so, as of `Tare` and of a `Locator` of a row; other answers get the readings alone.
+    Where a stage gives each reading a doubt, as `Relaxation.undoing` does, what follows takes it as `doubt` if its
+    `takes_doubt` says so, as of `Tare` and of a `Locator` of a row; other answers get the readings alone.
 
     Parameters
     ----------

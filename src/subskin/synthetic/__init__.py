@@ -4,11 +4,5 @@ from .recording import Recording, simulate_readings, simulate_recording
 from .touches import FAULTS, ContactShare, RandomTouches, TouchShard
 
 __all__ = [
-    "FAULTS",
-    "ContactShare",
-    "RandomTouches",
-    "Recording",
-    "TouchShard",
-    "simulate_readings",
-    "simulate_recording",
-]
+    "FAULTS", "ContactShare", "RandomTouches", "Recording", "TouchShard", "simulate_readings", "simulate_recording",
+]  # fmt: skip

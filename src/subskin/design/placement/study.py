@@ -226,7 +226,7 @@ def _check_row(kinds: tuple[Channel, ...], layouts: tuple[Arrangement, ...], tou
         raise InvalidValueError(f"{len(kinds)} channels", rule, "Channel(NormalStrain(), 1e-3)")
     for layout in layouts:
         check_count(layout.count, touches)
-        if layout.pattern != "row":
+        if layout.unit[:, 1].any():
             rule = "line loads across a row of sensors are judged"
             raise GeometryError(f"a {layout.text}", rule, "touches on an area, or numbers of sensors")
 
@@ -329,7 +329,7 @@ def study_at_depth(
     _check_row(kinds, arrangements, touches)
     asked = AskedTouches.of(touches, grid, samples, rng, ambiguity)
     wide, row = max(kind.width for kind in kinds), touches.area is None
-    middle, units = np.array(middle_of(touches)), [layout.unit for layout in arrangements]
+    middle, units = np.array(touches.middle), [layout.unit for layout in arrangements]
     designs = []
     for i, j in np.ndindex(steps.size, len(arrangements)):
         step = float(steps[i])
@@ -351,11 +351,3 @@ def study_at_depth(
         if progress is not None:
             progress()
     return out
-
-
-def middle_of(touches: Touches) -> tuple[float, float]:
-    """About which placements for such touches stand, (y, z) [m]."""
-    if touches.area is not None:
-        y, z = np.mean(np.asarray(touches.area), axis=1).tolist()
-        return y, z
-    return (0.0 if touches.span is None else 0.5 * (touches.span[0] + touches.span[1])), 0.0

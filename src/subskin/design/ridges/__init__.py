@@ -5,14 +5,6 @@ from .pressed import PressedRidges, closing_pressure, press_ridges
 from .shape import Ridges
 
 __all__ = [
-    "Gains",
-    "PressedRidges",
-    "RidgeGain",
-    "RidgePitch",
-    "Ridges",
-    "best_ridge_pitch",
-    "closing_pressure",
-    "press_ridges",
-    "read_ridged",
-    "ridge_gain",
-]
+    "Gains", "PressedRidges", "RidgeGain", "RidgePitch", "Ridges", "best_ridge_pitch", "closing_pressure",
+    "press_ridges", "read_ridged", "ridge_gain",
+]  # fmt: skip

@@ -4,11 +4,6 @@ from .aliasing import AliasingError, LatticeError, aliasing_error
 from .density import SensorDensity, SlidingSamples, sensor_density, sliding_samples
 
 __all__ = [
-    "AliasingError",
-    "LatticeError",
-    "SensorDensity",
-    "SlidingSamples",
-    "aliasing_error",
-    "sensor_density",
+    "AliasingError", "LatticeError", "SensorDensity", "SlidingSamples", "aliasing_error", "sensor_density",
     "sliding_samples",
-]
+]  # fmt: skip

@@ -7,21 +7,6 @@ from .look import Check, DesignedFinger
 from .rank import DesignStudy, Remedy, rank_fingers
 
 __all__ = [
-    "Accuracy",
-    "Check",
-    "Criterion",
-    "DesignGrid",
-    "DesignStudy",
-    "DesignedFinger",
-    "Effort",
-    "Goals",
-    "Mix",
-    "Remedy",
-    "Room",
-    "Row",
-    "SensorKind",
-    "SkinChoice",
-    "Store",
-    "rank_fingers",
-    "search_grid",
-]
+    "Accuracy", "Check", "Criterion", "DesignGrid", "DesignStudy", "DesignedFinger", "Effort", "Goals", "Mix",
+    "Remedy", "Room", "Row", "SensorKind", "SkinChoice", "Store", "rank_fingers", "search_grid",
+]  # fmt: skip

@@ -131,7 +131,8 @@ class Room(Noun):
         Sides along y and z of where sensors may stand, for touches on an area [m]; half as large again as what is
         touched, or two depths beyond it, if left out.
     layouts : sequence of str, optional
-        On an area: which of "row", "grid", "hexagonal" are tried. "free" moves the sensors of the best of them.
+        On an area: which of "row", "grid", "hexagonal" are tried. "free" moves the sensors of the best of them, and
+        those of the best row where rows are searched.
 
     Raises
     ------

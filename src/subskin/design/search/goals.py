@@ -247,9 +247,8 @@ class Goals(Noun):
 
     @property
     def middle(self) -> tuple[float, float]:
-        """About which arrays on an area stand, (y, z) [m]; rows stand about 0."""
-        y, z = self.touches.area or ((0.0, 0.0), (0.0, 0.0))
-        return 0.5 * (y[0] + y[1]), 0.5 * (z[0] + z[1])
+        """About which rows and arrays stand, (y, z) [m]: the middle of what is touched."""
+        return self.touches.middle
 
     @cached_property
     def layouts(self) -> tuple[Arrangement, ...]:

@@ -115,15 +115,16 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     best, goals = aim.best(), grid.goals
     finger = goals.finger(best.row)
     quality = placement_quality(finger, goals.touches)
-    found = _two_touches(goals, finger, quality) if goals.on_area else limen(finger, goals, "point")
-    nothing = (None, None, None, found, np.nan)
+    nothing = (None, None, None, _two_touches(goals, finger, quality), np.nan)
     design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), (), _edge(goals, finger))
     return _tried(grid, _checked(grid, design))
 
 
-def _two_touches(goals: Goals, finger: Finger, quality: PlacementQuality) -> AreaLimen | None:
-    """On an area, where a goal asks for it and a single touch is told."""
+def _two_touches(goals: Goals, finger: Finger, quality: PlacementQuality) -> TwoPointLimen | AreaLimen | None:
+    """When two touches read as two; on an area where a goal asks for it and a single touch is told."""
     feature = goals.accuracy.feature
+    if not goals.on_area:
+        return limen(finger, goals, "point")
     if feature is None or not np.isfinite(quality["position_95"]):
         return None
     largest = max(1.25 * feature, 2.0 * float(np.asarray(finger.array.depth).min()))

@@ -168,7 +168,7 @@ def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFi
     for n in (low - 1, low, low + 1):
         if 0 <= n < excess.size and np.isfinite(excess[n]):
             meets(n)
-    return [looked[n] for n in sorted(looked)]
+    return _and_free(grid, [looked[n] for n in sorted(looked)], stopped)
 
 
 def _fewest_on_area(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFinger]:
@@ -183,11 +183,16 @@ def _fewest_on_area(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[De
         if stopped.is_set() or (found and found[-1].meets and len(found) > 1):
             break
         found.append(looked_at(grid, (k, m, n)))
-    if "free" in grid.goals.room.layouts and found and not stopped.is_set():
-        best = min(found, key=_rank)
-        moved = freed_from(grid, best)
-        found += [] if moved is None or not moved.excess < best.excess else [moved]
-    return found
+    return _and_free(grid, found, stopped)
+
+
+def _and_free(grid: DesignGrid, found: list[DesignedFinger], stopped: Event) -> list[DesignedFinger]:
+    """With the best of them at free positions, where these are asked for and better."""
+    if "free" not in grid.goals.room.layouts or not found or stopped.is_set():
+        return found
+    best = min(found, key=_rank)
+    moved = freed_from(grid, best)
+    return found if moved is None or not moved.excess < best.excess else [*found, moved]
 
 
 def _few(grid: DesignGrid, excess: FloatArray, n: int) -> tuple[float, float]:

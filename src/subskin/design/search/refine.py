@@ -173,20 +173,19 @@ _ROUNDS, _SHRINK, _STEP, _SAMPLES = 4, 0.5, 0.3, 100
 def freed(grid: DesignGrid, row: Row, values: Mapping[str, float]) -> tuple[Row, dict[str, float]]:
     """The array with its sensors where the worst ratio to what is wanted is least, and what it does.
 
-    Each sensor in turn is tried a step to each of four sides, with its mirror images in the middle lines where it has
-    such, and stays where that is better; then steps halve. It is local: what is found is never worse than `row`, and
-    another array far from it may be better.
+    Each sensor in turn is tried a step to each of four sides, in a row of two, with its mirror images in the middle
+    lines where it has such, and stays where that is better; then steps halve. It is local: what is found is never worse
+    than `row`, and another array far from it may be better.
     """
     goals = grid.goals
-    if not goals.on_area:
-        return row, dict(values)
+    sides = [(1.0, 0.0), (-1.0, 0.0), *([(0.0, 1.0), (0.0, -1.0)] if goals.on_area else [])]
     unit, worst = row.layout.unit, _excess(grid, values)
     best, known = unit, dict(values)
     half, least = 0.5 * goals.extent / row.pitch, goals.room.least_pitch / row.pitch
     step = _STEP
     for _ in range(_ROUNDS):
         for i in range(len(unit)):
-            for side in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
+            for side in sides:
                 tried = _moved(best, i, step * np.array(side))
                 apart = np.linalg.norm(tried[:, None] - tried, axis=-1) + np.diag(np.full(len(tried), np.inf))
                 if (np.abs(tried) > half * (1 + 1e-9)).any() or apart.min() < least * (1 - 1e-9):

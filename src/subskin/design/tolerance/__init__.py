@@ -5,15 +5,6 @@ from .outcome import ErrorsKept, Outcome, tolerance_outcome
 from .sources import SOURCES, Cost, Needed, Recovery, Source, usual_tolerances
 
 __all__ = [
-    "SOURCES",
-    "Cost",
-    "ErrorsKept",
-    "Needed",
-    "Outcome",
-    "Recovery",
-    "Source",
-    "ToleranceBudget",
-    "tolerance_budget",
-    "tolerance_outcome",
-    "usual_tolerances",
-]
+    "SOURCES", "Cost", "ErrorsKept", "Needed", "Outcome", "Recovery", "Source", "ToleranceBudget",
+    "tolerance_budget", "tolerance_outcome", "usual_tolerances",
+]  # fmt: skip

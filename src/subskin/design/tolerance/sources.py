@@ -16,17 +16,9 @@ from ...finger import Finger
 from ...skin import Skin
 
 __all__ = [
-    "SOURCES",
-    "TOLD",
-    "Cost",
-    "Needed",
-    "Recovery",
-    "Source",
-    "as_made",
-    "checked_tolerances",
-    "of_each_sensor",
+    "SOURCES", "TOLD", "Cost", "Needed", "Recovery", "Source", "as_made", "checked_tolerances", "of_each_sensor",
     "usual_tolerances",
-]
+]  # fmt: skip
 
 
 class Source(NamedTuple):

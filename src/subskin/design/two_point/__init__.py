@@ -6,13 +6,6 @@ from .metamers import Metamers, metamers
 from .study import TwoPointStudy, two_point_study
 
 __all__ = [
-    "AreaLimen",
-    "Metamers",
-    "TwoPointLimen",
-    "TwoPointStudy",
-    "edge_direction",
-    "metamers",
-    "two_point_area",
-    "two_point_limen",
-    "two_point_study",
-]
+    "AreaLimen", "Metamers", "TwoPointLimen", "TwoPointStudy", "edge_direction", "metamers", "two_point_area",
+    "two_point_limen", "two_point_study",
+]  # fmt: skip
