@@ -435,13 +435,14 @@ def test_a_row_stands_about_the_middle_of_its_span():
 
 
 def test_sensors_of_a_row_at_free_positions_are_no_worse():
-    goals = small((-3e-3, 3e-3), layouts=("row", "free"))
+    goals = small((-4e-3, 4e-3), layouts=("row", "free"))
+    goals = replace(goals, touches=Touches(40.0, span=(-4e-3, 4e-3)), effort=Effort(1, 20, touches=500))
     free, even = rank_fingers(search_grid(goals)).fingers
     assert (free.row.layout.text, even.row.layout.text) == ("5 free", "row of 5")
     assert 0.9 < free.excess / even.excess < 1
     y = np.asarray(free.finger.array.y)
     np.testing.assert_allclose(y, -y[::-1], atol=1e-12)
-    assert np.diff(y).min() >= 0.5e-3 * (1 - 1e-9)
+    assert np.diff(y).min() >= goals.room.least_pitch * (1 - 1e-9)
     found = placement_quality(free.finger, goals.touches)
     assert found["position_95"] == pytest.approx(free.values["position_95"], rel=0.05)
 
