@@ -2,8 +2,7 @@
 
 from .area import AreaLimen, edge_direction, two_point_area
 from .limen import TwoPointLimen, two_point_limen
-from .metamers import Metamers, metamers
-from .study import TwoPointStudy, two_point_study
+from .study import Metamers, TwoPointStudy, metamers, two_point_study
 
 __all__ = [
     "AreaLimen", "Metamers", "TwoPointLimen", "TwoPointStudy", "edge_direction", "metamers", "two_point_area",

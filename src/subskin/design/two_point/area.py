@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
@@ -17,14 +17,12 @@ from ...radial import tabulate_radial
 from .._common import Count, Found, Seed, Several, noise_of
 from ..placement.asked import Told
 from ..touches import Touches
-from .limen import distance_needed
+from .limen import distance_needed, from_which_on
 
 __all__ = ["AreaLimen", "edge_direction", "two_point_area"]
 
 _STEPS, _NEAREST, _FARTHEST = 12, 0.1, 4.0
 """Distances of two touches that are tried, and the nearest and farthest of them [least depths]."""
-_ROUNDS, _FINER = 2, 6
-"""How often the last step too near and the first far enough are looked between, and at how many distances."""
 _NODES = 16
 """Points of which an edge is made."""
 
@@ -42,8 +40,7 @@ class AreaLimen(Found):
     azimuth : ndarray, shape (k,)
         Direction from one touch to the other, from +y towards +z [rad].
     separation : ndarray, shape (k,)
-        Distance from which on a pair reads as two [m], a tenth of the least depth or more; infinite where it does not
-        up to the largest that was tried.
+        Distance from which on a pair reads as two [m]; infinite where it does not up to the largest that was tried.
     largest : float
         That distance [m].
     needed : float
@@ -122,11 +119,11 @@ def two_point_area(
     family = "line" if touches.half_width is None else "round_hertz"
     options: dict[str, Any] = {} if search is None else {"search": search}
 
-    def distances(separation: FloatArray) -> FloatArray:
-        """From the readings of two so far apart (s, k) to those of the best single one, in units of noise."""
-        half = 0.5 * separation[..., None] * along
+    def distances(separation: FloatArray, which: npt.NDArray[np.intp]) -> FloatArray:
+        """From the readings of some pairs (k,) so far apart (s, k) to those of the best single one, in noises."""
+        half = 0.5 * separation[..., None] * along[which]
         inside = np.minimum(np.abs(half), 0.5 * np.ptp(box, axis=1))
-        centre = np.clip(middle, box[:, 0] + inside, box[:, 1] - inside)
+        centre = np.clip(middle[which], box[:, 0] + inside, box[:, 1] - inside)
         pressed = [finger.measure(touches.contact(down, centre + side * half), linear=True) for side in (-1, 1)]
         readings = np.asarray(finger.array.gain) * (pressed[0] + pressed[1]) + np.asarray(finger.array.offset)
         found = finger.fit(readings, family, friction=touches.friction, **options)
@@ -134,25 +131,9 @@ def two_point_area(
 
     spare = int(finger.array.live.sum()) - (5 if touches.half_width is None else 6)
     needed = distance_needed(spare, power, false_alarm, "fit")
-    separation = _from_which_on(step, distances, needed, pairs)
+    distance = distances(np.broadcast_to(step[:, None], (step.size, pairs)), np.arange(pairs))
+    separation = from_which_on(step, distance, needed, distances)
     return AreaLimen(finger, touches, middle, azimuth, separation, far, needed)
-
-
-def _from_which_on(
-    step: FloatArray, distances: Callable[[FloatArray], FloatArray], needed: float, pairs: int
-) -> FloatArray:
-    """Beyond the last separation at which a distance is too small, (pairs,): between steps (s,), then between finer."""
-    tried = np.broadcast_to(step[:, None], (step.size, pairs))
-    for turn in range(_ROUNDS + 1):
-        told = distances(tried) >= needed
-        last = np.where(told.all(axis=0), -1, len(tried) - 1 - np.argmax(~told[::-1], axis=0))
-        if turn == 0:
-            never, always = last == len(tried) - 1, last < 0
-        low, high = (
-            np.take_along_axis(tried, np.clip(last + more, 0, len(tried) - 1)[None], axis=0)[0] for more in (0, 1)
-        )
-        tried = np.geomspace(low, high, _FINER)
-    return np.asarray(np.where(never, np.inf, np.where(always, step[0], np.sqrt(low * high))))
 
 
 @checked
