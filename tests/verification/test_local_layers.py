@@ -9,8 +9,7 @@ import pytest
 
 import subskin as ss
 from subskin.errors import GeometryError, InvalidValueError
-from subskin.skin._antiplane import antiplane
-from subskin.skin._layer_modes import Sheet, Stack
+from subskin.skin._layer_modes import Sheet, Stack, antiplane
 
 from .._tables import FIRM, LOCAL, PLAIN, SKINS, SOFT, A
 from ._contract import FIRST, STEPS, bonds, interfaces

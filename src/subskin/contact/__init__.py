@@ -1,4 +1,4 @@
-"""What presses on a skin: one small file a contact, found by itself.
+"""What presses on a skin: contacts, whose files are found by themselves.
 
 A contact is its spectrum, its traction and its support: a long one, which does not change along z (`Contact`), or a
 local one (`LocalContact`). A class of long contacts with a name is a family that fits, decisions, simulations and
@@ -8,13 +8,11 @@ commands take (`families`).
 from importlib import import_module
 from pkgutil import iter_modules
 
-from .axial import AxialContact
 from .base import Contact, ContactSum, Spectrum, Transforms
-from .cone import Cone
 from .elliptic_hertz import EllipticHertz
 from .families import contact_of, families, family_of, local_families, local_family_of
 from .from_projections import FromProjections
-from .hertz import Hertz
+from .hertz import Hertz, PartialSlip
 from .line import LineLoad
 from .local import (
     LocalContact,
@@ -26,20 +24,14 @@ from .local import (
     local_potentials_of,
     local_transforms_of,
 )
-from .partial_slip import PartialSlip
 from .patch import Patch
-from .point import PointLoad
 from .pressure_grid import PressureGrid
 from .profile import PressureProfile
-from .proportional import ProportionalContact
-from .punch import FlatPunch
-from .round_contact import RoundContact
-from .round_hertz import RoundHertz
-from .round_punch import RoundPunch
+from .punch import FlatPunch, Strip, Wedge
+from .round_contact import AxialContact, PointLoad, RoundContact
+from .round_hertz import Cone, RoundHertz, RoundPunch
 from .shaped import ShapedContact
-from .spread import SpreadContact
-from .strip import Strip
-from .wedge import Wedge
+from .spread import ProportionalContact, SpreadContact
 
 __all__ = [
     "AxialContact",

@@ -20,7 +20,7 @@ from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from .._frozen import Named
 from ..errors import InvalidValueError
-from .quadrature import cauchy
+from .functions import cauchy
 
 __all__ = ["Contact", "ContactSum", "Spectrum", "Transforms", "sum_of"]
 

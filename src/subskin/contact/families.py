@@ -13,10 +13,8 @@ from ..errors import InvalidValueError
 from .base import Contact
 from .line import LineLoad
 from .local import LocalContact
-from .point import PointLoad
-from .proportional import ProportionalContact
-from .round_contact import RoundContact
-from .spread import SpreadContact
+from .round_contact import PointLoad, RoundContact
+from .spread import ProportionalContact, SpreadContact
 
 __all__ = ["Family", "LocalFamily", "contact_of", "families", "family_of", "local_families", "local_family_of"]
 

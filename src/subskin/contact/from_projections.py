@@ -13,11 +13,10 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from ._arguments import SignatureOf
 from .base import Contact
 from .directions import at_the_surface, mean_over_directions
 from .local import RadialTerm
-from .shaped import ShapedContact
+from .shaped import ShapedContact, SignatureOf
 from .shifted import ShiftedSource, axial_family, source_at
 
 __all__ = ["FromProjections"]

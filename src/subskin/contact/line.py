@@ -9,7 +9,7 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 from .base import Contact, ContactSum, Transforms
-from .proportional import ProportionalContact
+from .spread import ProportionalContact
 
 __all__ = ["LineLoad"]
 

@@ -10,11 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
-from ._arguments import Row
 from .corners import Corner, rectangle_parts
 from .kernels import RealForm, point_core, point_family, point_parts
 from .profile import spherical_j1
-from .shaped import ShapedContact
+from .shaped import Row, ShapedContact
 
 __all__ = ["HALF_WIDTHS", "Patch"]
 

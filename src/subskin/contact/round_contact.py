@@ -1,20 +1,81 @@
-"""What the local contacts on a disc have in common."""
+"""Local contacts whose shape is the same in all directions about their centre: a point, and those on a disc."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _check, _hooks
 from .._check import ComplexArray, FloatArray
 from .._declared import Real
 from ..errors import InvalidValueError
-from .axial import AxialContact
+from .kernels import RealForm, point_core, point_family, point_parts
+from .local import RadialTerm
+from .shaped import ShapedContact
 
-__all__ = ["RoundContact"]
+__all__ = ["AxialContact", "PointLoad", "RoundContact"]
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class AxialContact(ShapedContact):
+    """A contact whose shape f(r) depends on the distance from its centre alone.
+
+    One on a disc is a `RoundContact`. Parameters as in `ShapedContact`.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> isinstance(ss.PointLoad(force=1.0), ss.contact.AxialContact)
+    True
+    """
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        _hooks.check_members(cls, _MEMBERS)
+
+    @abstractmethod
+    def unit_radial_pressure(self, r: FloatArray) -> FloatArray:
+        """The shape f [1/m^2] at the distance `r` [m] from its centre."""
+
+    @abstractmethod
+    def unit_radial_spectrum(self, k: FloatArray) -> FloatArray:
+        """Hankel transform, 2 pi times the integral of f(r) J_0(k r) r dr, at `k` >= 0 [1/m]; 1 at 0."""
+
+    def unit_radial_slope(self, r: FloatArray) -> FloatArray:
+        """The slope df/dr [1/m^3] at the distance `r` [m], by which a moment drags.
+
+        Raises
+        ------
+        InvalidValueError
+            A shape that does not say it.
+        """
+        raise InvalidValueError(f"the drag of a moment on a {type(self).__name__}", "its class has to say how it falls")
+
+    def unit_pressure(self, y: FloatArray, z: FloatArray) -> FloatArray:  # noqa: D102
+        return self.unit_radial_pressure(np.hypot(y, z))
+
+    def unit_slope(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:  # noqa: D102
+        r = np.hypot(y, z)
+        slope, away = self.unit_radial_slope(r), np.where(r > 0, r, 1.0)
+        with np.errstate(invalid="ignore"):
+            return np.where(y == 0, 0.0, slope * y / away), np.where(z == 0, 0.0, slope * z / away)
+
+    def unit_spectrum(self, ky: FloatArray, kz: FloatArray) -> FloatArray:  # noqa: D102
+        return self.unit_radial_spectrum(np.hypot(ky, kz))
+
+    @property
+    def radial_terms(self) -> tuple[RadialTerm, ...]:  # noqa: D102
+        return (RadialTerm(self.components, self.moment, self.position, self.unit_radial_spectrum),)
+
+
+_MEMBERS = dict.fromkeys(
+    ("unit_radial_pressure", "unit_radial_spectrum", "unit_radial_slope", "disc_slope"), _hooks.field(real=True)
+)
+
 
 _WIDTH = "give half of the contact's width in metres; one of no width is a PointLoad"
 
@@ -116,3 +177,42 @@ class RoundContact(AxialContact):
     def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
         reach = self.half_width[..., None]
         return self.position - reach, self.position + reach
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class PointLoad(AxialContact, name="point"):
+    """A force on a point, V_m = (-w)^m / (2 pi R), w = (y + i z) / (R + x) (Boussinesq 1885, Cerruti 1882).
+
+    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), sections 3.2 and 3.6. Parameters as in
+    `ShapedContact`.
+
+    Examples
+    --------
+    >>> touch = PointLoad(force=1.5, angle=0.3, azimuth=0.8, position=(1e-3, -2e-3))
+    >>> touch.components.round(4).tolist()
+    [1.433, 0.3088, 0.318]
+    >>> PointLoad(components=(1.0, 0.0, 0.2), moment=1e-3).azimuth.round(4).tolist()
+    1.5708
+    """
+
+    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
+        return point_family(order, x, zeta)
+
+    def real_form(self) -> RealForm:  # noqa: D102
+        return RealForm(point_parts)
+
+    def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:  # noqa: D102
+        return point_core(x, zeta)
+
+    def unit_radial_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
+        return np.ones_like(k)
+
+    def unit_radial_pressure(self, r: FloatArray) -> FloatArray:  # noqa: D102
+        return np.where(r == 0, np.inf, 0.0)
+
+    def unit_radial_slope(self, r: FloatArray) -> FloatArray:  # noqa: D102
+        return np.where(r == 0, -np.inf, 0.0)
+
+    def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
+        """As `LocalContact.singular`: where it acts."""
+        return np.asarray(self._zeta(y, z) == 0)

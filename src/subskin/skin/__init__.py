@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from .base import Skin
 from .half_plane import HalfPlane
 from .half_space import HalfSpace, in_space
-from .layer import Layer
-from .layered import Layered
+from .layered import Layer, Layered
 from .ridged import Ridged
 from .round import Round
 

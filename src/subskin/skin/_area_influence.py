@@ -1,7 +1,8 @@
-"""Displacement of the surface at the distances of a square grid from a hat of traction, bilinear about one node.
+"""Displacement of the surface at a distance from a hat of traction: along a line, and on a square grid.
 
-A half space's falls as 1/r: its integrals over a hat depend on the number of steps alone, so they are kept for every
-material and every step. What layers add is smooth over the depth of the first one.
+A half space's falls as 1/r from a hat that is bilinear about one node: its integrals over a hat depend on the number
+of steps alone, so they are kept for every material and every step. What layers add is smooth over the depth of the
+first one.
 """
 
 from __future__ import annotations
@@ -15,12 +16,49 @@ from .._check import FloatArray
 from ..errors import GeometryError
 from ..material import Material
 
-__all__ = ["added_by", "of_half_space"]
+__all__ = ["added_by", "arranged", "hat_mean", "hat_spectrum", "of_half_space", "wave_sum"]
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_BLOCK = 1 << 22
+
+
+def hat_spectrum(k: FloatArray, step: float) -> FloatArray:
+    """Fourier transform [m] of a hat that falls from 1 to 0 within one step on either side."""
+    return np.asarray(step * np.sinc(0.5 * k * step / np.pi) ** 2)
+
+
+def hat_mean(function: object, step: float, count: int) -> FloatArray:
+    """Integral of the hat at 0 times a function of the distance, at distances j * step: smooth save perhaps at 0."""
+    t = 0.5 * (1 + _NODES)
+    total = np.zeros(count)
+    for side in (-1, 1):
+        for position, weight in zip(side * t, 0.5 * _WEIGHTS * (1 - t), strict=True):
+            total += step * weight * function((np.arange(count) - position) * step)  # type: ignore[operator]
+    return total
+
+
+def wave_sum(
+    k: FloatArray, even: FloatArray, odd: FloatArray, step: float, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Sums over k of even * cos(k y), shape (..., k) to (..., count), and of odd * sin(k y), at y = j * step."""
+    cosines, sines = np.empty((*even.shape[:-1], count)), np.empty((*odd.shape[:-1], count))
+    size = max(1, _BLOCK // k.size)
+    for first in range(0, count, size):
+        phase = k[:, None] * (step * np.arange(first, min(first + size, count)))
+        cosines[..., first : first + size] = even @ np.cos(phase)
+        sines[..., first : first + size] = odd @ np.sin(phase)
+    return cosines, sines
+
+
+def arranged(xx: FloatArray, yy: FloatArray, odd: FloatArray) -> FloatArray:
+    """Influence (2, 2, count): u_x and u_y (first index) of a pressure and of a shear; `odd` is u_y of a pressure."""
+    return np.array([[xx, -odd], [odd, yy]])
+
 
 _NEAR = 24
 """Steps from a hat within which each of its cells is integrated by itself."""
-_NODES, _ON = np.polynomial.legendre.leggauss(16)
-_GAUSS, _WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _ON
+_SQUARE_NODES, _ON = np.polynomial.legendre.leggauss(16)
+_GAUSS, _SQUARE_WEIGHTS = 0.5 * (1 + _SQUARE_NODES), 0.5 * _ON
 _WIDE = 4
 """Nodes on either side by which the mean of a smooth function over a hat is told, exactly to the ninth degree."""
 _SMOOTH = 5.0
@@ -138,7 +176,7 @@ def _unit(kind: str, shape: tuple[int, int]) -> FloatArray:
 def _near(kernel: Kernel) -> FloatArray:
     """The same by Gauss's rule in each of the four cells of a hat; in polar fashion where a cell has the point."""
     at = np.arange(_NEAR, dtype=np.float64)
-    s, ws = _GAUSS, _WEIGHTS * (1 - _GAUSS)
+    s, ws = _GAUSS, _SQUARE_WEIGHTS * (1 - _GAUSS)
     out = np.zeros((_NEAR, _NEAR))
     for side in (-1, 1):
         for other in (-1, 1):
@@ -157,7 +195,7 @@ def _near(kernel: Kernel) -> FloatArray:
 def _cornered(kernel: Kernel, i: int, j: int, side: int, other: int) -> float:
     """Over a cell with the singular point in a corner, by Duffy's substitution: two triangles, u du dv each."""
     u, v = _GAUSS[:, None], _GAUSS[None, :]
-    weight = _WEIGHTS[:, None] * _WEIGHTS * u
+    weight = _SQUARE_WEIGHTS[:, None] * _SQUARE_WEIGHTS * u
     total = 0.0
     for a, b in ((u + 0 * v, u * v), (u * v, u + 0 * v)):  # distances from the corner
         s, t = (1 - a if i else a), (1 - b if j else b)

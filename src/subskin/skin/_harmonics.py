@@ -16,8 +16,7 @@ import numpy.typing as npt
 from .._check import ComplexArray, FloatArray
 from ..contact.local import LocalSpectrum
 from ._layer_modes import Stack
-from ._pieces import NODES, ORDER, TAIL, TO_TERMS, polynomials
-from ._radial import decay_length, wave_answers, waves_for
+from ._radial import NODES, ORDER, TAIL, TO_TERMS, decay_length, polynomials, wave_answers, waves_for
 
 __all__ = ["SLOPE", "STATE_FIELDS", "HarmonicFields", "HarmonicTable"]
 

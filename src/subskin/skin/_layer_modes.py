@@ -1,4 +1,4 @@
-"""One wavenumber in a stack of flat layers: exact modes of each layer.
+"""One wavenumber in a stack of flat layers: exact modes of each layer, and antiplane shear across the wave.
 
 Under p = cos(k y), or q = sin(k y), the four amplitudes Y = (u_x, u_y, sigma_x / 2Gk, tau_xy / 2Gk) of a layer obey
 dY/ds = A Y in s = k x (equilibrium and Hooke's law; u_x, sigma_x and sigma_y go with cos, u_y and tau_xy with sin).
@@ -6,6 +6,14 @@ A has the double eigenvalues -1 and +1, and no singularity at nu = 1/2. Where th
 wavelength the solution is carried up from the base by exp(s A), with the differences that would be lost taken as
 series; elsewhere it is split into what decays from the top and what decays from the bottom of each layer, so that
 nothing grows (`Joined`).
+
+In antiplane shear (what moves across the direction of the wave) u = D exp(-k s) p and tau = -G k D exp(-k s) m at a
+depth s of a layer, with t = thickness - s above its bottom,
+
+    p = P + rho expm1(-2 k t),   m = M - rho expm1(-2 k t),   P + M = 2,   rho = (P - M) / 2.
+
+A rigid base has (M, P) = (2, 0), one without friction (0, 2), a half space (1, 1); from one layer to that above it
+M : P = m G_below / G_above : p. All parts are >= 0: nothing cancels, nothing grows (docs/skins.md).
 """
 
 from __future__ import annotations
@@ -19,7 +27,65 @@ from .._check import FloatArray
 from ..material import Material
 from ._stack import Joined, Sheet
 
-__all__ = ["Sheet", "Stack"]
+__all__ = ["Sheet", "Stack", "antiplane"]
+
+
+def antiplane(stack: Stack, k: FloatArray, x: FloatArray) -> FloatArray:
+    """Shear stress tau and displacement G k u under a drag of 1 Pa across the wave, shape (x, k, 2) [Pa].
+
+    G is the shear modulus of the first layer. The first layer's are less what a half space of its material would have:
+    c exp(-k x) with c = -1 and 1.
+
+    Parameters
+    ----------
+    stack : Stack
+        The layers.
+    k : ndarray, shape (k,)
+        Wavenumbers [1/m], > 0.
+    x : ndarray, shape (x,)
+        Depths [m].
+    """
+    bottoms: list[FloatArray] = []  # M of each layer, from below
+    ratios: list[FloatArray] = []  # D beneath it over D exp(-k thickness)
+    one = np.ones_like(k)
+    m, p, below = one, one, 0.0 if stack.base is None else stack.base.shear
+    for layer in reversed(stack.layers):
+        if not layer.bonded:
+            low, ratio = 0 * one, 0 * one
+        elif stack.base is None and not bottoms:
+            low, ratio = 2 * one, 0 * one
+        else:
+            stiff = below / layer.shear
+            ratio = 2 / (stiff * m + p)
+            low = stiff * m * ratio
+        fall = (1 - low) * np.expm1(-2 * k * layer.thickness)
+        m, p, below = low - fall, 2 - low + fall, layer.shear
+        bottoms.append(low)
+        ratios.append(ratio)
+    first, tops, positions = stack.layers[0], stack.tops, stack.positions(x)
+    out = np.empty((x.size, k.size, 2))
+    size = 1 / m  # D of the first layer; that of a half space is 1
+    for j, layer in enumerate(stack.layers):
+        low, h = bottoms[-1 - j], layer.thickness
+        rho = 1 - low
+        for i in np.flatnonzero(positions == j):
+            s = x[i] - tops[j]
+            echo = np.exp(-2 * k * (h - s))
+            if j == 0:
+                share = rho * np.exp(-k * s) * size
+                out[i, :, 0] = -share * echo * np.expm1(-2 * k * s)
+                out[i, :, 1] = share * (echo + np.exp(-2 * k * h))
+            else:
+                here, fall = size * np.exp(-k * s), rho * np.expm1(-2 * k * (h - s))
+                out[i, :, 0] = -here * (low - fall) * layer.shear / first.shear
+                out[i, :, 1] = here * (2 - low + fall)
+        size = size * np.exp(-k * h) * ratios[-1 - j]
+    for i in np.flatnonzero(positions == len(stack.layers)):
+        here = size * np.exp(-k * (x[i] - tops[-1]))
+        stiff = 0.0 if stack.base is None else stack.base.shear / first.shear
+        out[i] = np.stack([-stiff * here, here], axis=-1)
+    return out
+
 
 _THIN = 2.0
 """Below this k H the stack is propagated: exp(2 k H) is then still a small loss, above it the modes lose none."""

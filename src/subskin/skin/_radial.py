@@ -16,24 +16,52 @@ from typing import NamedTuple
 import numpy as np
 
 from .._check import FloatArray
-from ._antiplane import antiplane
-from ._layer_modes import Stack
-from ._pieces import NODES, ORDER, TAIL, TO_TERMS, polynomials
+from ._layer_modes import Stack, antiplane
 from ._synthesis import panels
 
 __all__ = [
     "DISPLACEMENTS",
     "FIELDS",
+    "NODES",
+    "ORDER",
     "STATE",
+    "TAIL",
     "TILT",
+    "TO_TERMS",
     "RadialSpectrum",
     "RadialTable",
     "decay_length",
     "point_table",
+    "polynomials",
     "radial_table",
     "wave_answers",
     "waves_for",
 ]
+
+ORDER = 32
+"""Terms of a piece."""
+NODES = np.cos(np.pi * (np.arange(ORDER) + 0.5) / ORDER)
+TO_TERMS = np.cos(np.pi * np.arange(ORDER)[:, None] * (np.arange(ORDER) + 0.5) / ORDER) * 2 / ORDER
+TO_TERMS[0] /= 2
+TAIL = 1e-14
+"""Last terms, beside the size of what was summed, with which a piece is fine enough."""
+_TOGETHER = 2048
+
+
+def polynomials(terms: FloatArray, t: FloatArray) -> FloatArray:
+    """Sums of Chebyshev polynomials at t, shape (columns of `terms`, n)."""
+    out, rows = np.empty((terms.shape[1], t.size)), np.empty((ORDER, min(t.size, _TOGETHER)))
+    for first in range(0, t.size, _TOGETHER):
+        part = slice(first, first + _TOGETHER)
+        at = t[part]
+        basis = rows[:, : at.size]
+        basis[0], basis[1] = 1.0, at
+        for n in range(2, ORDER):
+            np.multiply(2 * at, basis[n - 1], out=basis[n])
+            basis[n] -= basis[n - 2]
+        out[:, part] = terms.T @ basis
+    return out
+
 
 _DECAY = 42.0
 """exp(-42) is far below rounding, also with the polynomials of k that stand before it."""

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
-from typing import Annotated, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray, each_read_only
+from .._declared import Noun, Real, Ruled
 from ..contact.base import Contact
 from ..contact.local import LocalContact
-from ..errors import InvalidValueError
+from ..errors import GeometryError, InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, Displacements, State, Tilt, Wave
 from . import _layer_modes as _modes
-from ._antiplane import antiplane
-from ._area_influence import added_by, of_half_space
-from ._influence import arranged, hat_spectrum, wave_sum
+from ._area_influence import added_by, arranged, hat_spectrum, of_half_space, wave_sum
+from ._layer_modes import antiplane
 from ._local import Added, stack_displacements
 from ._points import blank_local, local_points, wave_points
 from ._radial import DISPLACEMENTS, point_table
@@ -28,10 +28,76 @@ from ._riesz import displacements_of, fields_of, turns_of
 from ._synthesis import Answer, layers_hooke, of_layers, panels, reach, remembered
 from .base import Materials, Skin
 from .half_plane import HalfPlane
-from .layer import SOME_LAYERS, Layer
 from .surface import distances, grid_of
 
-__all__ = ["Layered"]
+__all__ = ["LAYERS", "SOME_LAYERS", "Layer", "Layered", "layers_of"]
+
+_MOST = 40  # layers
+_SPAN = 1e4
+"""Most by which the thicknesses of a stack's layers may differ."""
+
+
+@dataclass(frozen=True)
+class Layer(Noun):
+    """A layer of a skin.
+
+    Parameters
+    ----------
+    material : Material
+        Young's modulus and Poisson's ratio.
+    thickness : float
+        Thickness [m], > 0.
+    bond : {"bonded", "frictionless"}, optional
+        How it holds to what lies beneath it: it sticks, or it slides without friction and does not lift.
+
+    Raises
+    ------
+    InvalidValueError
+        A thickness that is not > 0, a bond of another name.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> print(ss.Layered(Layer(ss.Material(young=0.4e6), thickness=6e-3)))
+    6 mm (0.4 MPa, nu 0.5) on a rigid base
+    """
+
+    material: Material
+    thickness: Annotated[float, Real("m", above=0.0, fix="leave out a layer that is not there")]
+    bond: Literal["bonded", "frictionless"] = "bonded"
+
+    LOOSE: ClassVar = {"bonded": "", "frictionless": ", sliding"}
+
+    def __str__(self) -> str:
+        return f"{1e3 * self.thickness:.6g} mm ({self.material}{self.LOOSE[self.bond]})"
+
+
+def layers_of(given: Any, least: int = 0) -> tuple[Layer, ...]:
+    """One layer, or a sequence of `least` layers or more, as a tuple.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Something that is no layer, or more than 40; a layer 10,000 times as thick as another.
+    """
+    listed = isinstance(given, Sequence) and not isinstance(given, str)
+    layers = (given,) if isinstance(given, Layer) else tuple(given) if listed else ()
+    if not (layers or (listed and not least)) or not all(isinstance(layer, Layer) for layer in layers):
+        fix = "Layer(Material(young=0.4e6), thickness=4e-3)"
+        raise InvalidValueError(f"layers = {given!r}", "one Layer or more are needed", fix)
+    if len(layers) > _MOST:
+        raise InvalidValueError(f"{len(layers)} layers", f"at most {_MOST} are handled", "join those that are alike")
+    thin, thick = (extreme((layer.thickness for layer in layers), default=1.0) for extreme in (min, max))
+    if thick > _SPAN * thin:
+        seen = f"layers of {thin:.3g} and {thick:.3g} m"
+        rule = f"one may be {_SPAN:.0e} times as thick as another: their waves are summed together"
+        raise GeometryError(seen, rule, "leave out the thin one, or take the thick one at the bottom for base=")
+    return layers
+
+
+LAYERS = Ruled(lambda name, value: layers_of(value))
+SOME_LAYERS = Ruled(lambda name, value: layers_of(value, least=1))
+
 
 _DECAY = 42.0
 """exp(-42) is far below rounding, also with the polynomials of k that stand before it."""

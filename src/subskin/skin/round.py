@@ -18,15 +18,15 @@ from ..contact.local import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
 from ..tensor import State, Wave
+from ._area_influence import arranged, hat_mean, hat_spectrum, wave_sum
 from ._around import DEEPEST, periodic_transforms
-from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
 from ._points import blank_singular, complex_points, not_local, points, wave_points
 from ._ring_modes import Ring
 from ._stack import Sheet
 from ._synthesis import layers_hooke, of_layers, remembered
 from .base import Materials, Skin
 from .half_plane import HalfPlane
-from .layer import LAYERS, Layer, layers_of
+from .layered import LAYERS, Layer, layers_of
 from .surface import distances
 
 __all__ = ["Round"]
