@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.contact import discs
-from subskin.skin._deferred import DeferredStrain
+from subskin.contact import kernels
+from subskin.skin._riesz import DeferredStrain
 
 SOFT = ss.Material(0.4e6, 0.4)
 LOAD = {"components": (1.2, 0.3, -0.4), "position": (0.4e-3, -0.9e-3)}
@@ -53,7 +53,7 @@ def jitted(function):
     return nb.njit(FunctionType(function.__code__, seen, function.__name__, function.__defaults__))
 
 
-@pytest.mark.parametrize("disc", [discs.hertz_disc, discs.punch_disc, discs.cone_disc])
+@pytest.mark.parametrize("disc", [kernels.hertz_disc, kernels.punch_disc, kernels.cone_disc])
 def test_numba_runs_the_same_lines(disc):
     inner = jitted(disc)
 

@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import j1
 
 import subskin as ss
-from subskin.contact.as_lines import line_loads
+from subskin.contact.line import line_loads
 from subskin.design import Ridges, best_ridge_pitch, press_ridges, ridge_gain, spatial_response
 from subskin.design.ridges import closing_pressure, read_ridged
 from subskin.design.ridges.gain import _readings

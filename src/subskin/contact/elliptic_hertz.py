@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
 from .._declared import Real
-from .directions import at_the_surface, mean_over_directions
+from .from_projections import at_the_surface, mean_over_directions
 from .functions import hertz_spectrum
 from .kernels import point_core, point_family
 from .patch import HALF_WIDTHS

@@ -11,9 +11,8 @@ import numpy.typing as npt
 from .._check import ComplexArray, FloatArray
 from .._declared import Real
 from ..errors import InvalidValueError
-from .discs import cone_disc, disc_form, hertz_disc, punch_disc
 from .functions import hertz_spectrum
-from .kernels import RealForm
+from .kernels import RealForm, cone_disc, disc_form, hertz_disc, punch_disc
 from .local import LocalSpectrum, RadialTerm
 from .round_contact import RoundContact
 from .shifted import axial_family, punch_core, punches_core, punches_over, source_at

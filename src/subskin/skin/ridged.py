@@ -12,8 +12,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._declared import Extent, Length, Real
-from ..contact.as_lines import line_loads
 from ..contact.base import Contact
+from ..contact.line import line_loads
 from ..contact.local import LocalContact
 from ..contact.profile import PressureProfile
 from ..errors import GeometryError, InvalidValueError

@@ -14,7 +14,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._declared import Fix, checked
 from ...contact import Contact
-from ...contact.as_lines import LineLoads, line_loads
+from ...contact.line import LineLoads, line_loads
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
