@@ -82,9 +82,9 @@ def compiled(
 
     Examples
     --------
-    >>> from subskin.estimate.climb import eliminate
-    >>> eliminate.py_func(2.0, 0.0, 1.0, 80.0, 10.0, 1.0)[:2]  # of `@compiled(inline=True)`
-    (40.0, 10.0)
+    >>> from subskin.estimate.cone import eliminate_one
+    >>> eliminate_one.py_func(2.0, 80.0, 0.0, 50.0)[:2]  # of `@compiled(inline=True)`
+    (40.0, 3200.0)
     """
 
     def wrap(function: Any) -> Any:

@@ -12,7 +12,7 @@ from scipy.special import ive
 import subskin as ss
 from subskin.decide import Kind, contact_type, usual_kinds
 from subskin.errors import InvalidValueError
-from subskin.estimate.evidence._edge_kernel import _log_turned
+from subskin.estimate.evidence._area_kernel import _log_turned
 
 D = 2e-3  # m
 T, W = np.polynomial.legendre.leggauss(16)

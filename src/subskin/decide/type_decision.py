@@ -15,7 +15,8 @@ from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate.area.locator import search_of
 from ..estimate.estimate import FrameTable, Status, unit_column
-from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind, columns
+from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind
+from ..estimate.evidence.base import CHI2, LOCAL, LOG_EVIDENCE, LONG, STATUS, Columns
 from ..estimate.locate import row_locator
 from ..estimate.shown import Shown
 from ..finger import Finger, finger_needed
@@ -125,7 +126,7 @@ class TypeDecision(FrameTable):
     kinds: tuple[Kind, ...]
     sure: float
     friction: float = 1.0
-    columns: columns.Columns = columns.LONG
+    columns: Columns = LONG
     relative: bool = False
 
     plot = Drawing("probability_strip")
@@ -146,7 +147,7 @@ class TypeDecision(FrameTable):
         share = np.moveaxis(self.probability, -1, 0)
         each = {f"p_{name}".replace(" ", "_"): p for name, p in zip(self.names, share, strict=True)}
         found = {key: getattr(self, key) for key in ("position", "force", "angle", "half_width", "residual")}
-        if self.columns is columns.LOCAL:
+        if self.columns is LOCAL:
             y, z = np.moveaxis(found.pop("position"), -1, 0)
             more = {key: getattr(self, key) for key in ("azimuth", "half_length", "direction", "direction_std")}
             found = {"position_y": y, "position_z": z, **found, **more}
@@ -163,12 +164,12 @@ class TypeDecision(FrameTable):
     @property
     def log_evidence(self) -> FloatArray:
         """Log of the evidence of each kind, up to what all have in common, shape (..., kinds)."""
-        return self._each(columns.LOG_EVIDENCE)
+        return self._each(LOG_EVIDENCE)
 
     @property
     def probability(self) -> FloatArray:
         """Probability of each kind after the readings, shape (..., kinds); NaN where `status` says there is none."""
-        evidence = self._each(columns.LOG_EVIDENCE) + np.log([kind.prior for kind in self.kinds])
+        evidence = self._each(LOG_EVIDENCE) + np.log([kind.prior for kind in self.kinds])
         known = np.isfinite(evidence).any(axis=-1, keepdims=True)
         evidence = np.where(known, evidence, 0.0)
         share = np.exp(evidence - evidence.max(axis=-1, keepdims=True))
@@ -186,7 +187,7 @@ class TypeDecision(FrameTable):
 
         Also where a load beyond the default search explains the frame about as well.
         """
-        share, elsewhere = self.probability, self.table[..., columns.STATUS] == Status.AMBIGUOUS
+        share, elsewhere = self.probability, self.table[..., STATUS] == Status.AMBIGUOUS
         with np.errstate(invalid="ignore"):
             sure = (share.max(axis=-1) >= self.sure) & ~elsewhere
         return np.asarray(np.where(sure, self.best, UNDECIDED))
@@ -202,7 +203,7 @@ class TypeDecision(FrameTable):
     @property
     def status(self) -> npt.NDArray[np.int8]:
         """`Status` of each frame; `AMBIGUOUS` where no kind is decided for."""
-        status = self.table[..., columns.STATUS].astype(np.int8)
+        status = self.table[..., STATUS].astype(np.int8)
         unsure = (status == Status.OK) & (self.decision == UNDECIDED)
         return np.asarray(np.where(unsure, np.int8(Status.AMBIGUOUS), status))
 
@@ -225,7 +226,7 @@ class TypeDecision(FrameTable):
     @property
     def residual(self) -> FloatArray:
         """Least chi-square of the most probable kind; NaN, as all that follows, where that is none of the others."""
-        return self._of_best(columns.CHI2)
+        return self._of_best(CHI2)
 
     @property
     def position(self) -> FloatArray:
@@ -366,7 +367,7 @@ def contact_type(
 
     key = ("evidence", chosen, None if ends is None else np.asarray(ends).tobytes(), mu, alarm)
     table, used = prepared(finger).get(key, make)(readings)
-    layout = columns.LOCAL if on_area else columns.LONG
+    layout = LOCAL if on_area else LONG
     said = TypeDecision(table, used, chosen, float(sure), float(friction), layout, finger.relative)
     if on_area or ends is not None or finger.measured is not None:
         return said
@@ -387,5 +388,5 @@ def _looked_around(finger: Finger, said: TypeDecision, readings: npt.ArrayLike) 
     left = [row_locator(finger, search=side, friction=said.friction)(frames).residual for side in sides]
     table = np.array(said.table)
     rival = np.fmin(*left) <= said.residual[asked] + _AMBIGUITY
-    table[asked, columns.STATUS] = np.where(rival, Status.AMBIGUOUS, Status.OK)
+    table[asked, STATUS] = np.where(rival, Status.AMBIGUOUS, Status.OK)
     return replace(said, table=table)

@@ -1,9 +1,8 @@
 """How probable each kind of contact makes readings."""
 
-from . import columns
 from .area import AreaEvidence
 from .evidence import Evidence
 from .kind import STRETCH, Kind
 from .shapes import EDGE, END
 
-__all__ = ["EDGE", "END", "STRETCH", "AreaEvidence", "Evidence", "Kind", "columns"]
+__all__ = ["EDGE", "END", "STRETCH", "AreaEvidence", "Evidence", "Kind"]

@@ -1,8 +1,8 @@
 """Two line loads at once, compiled: the best pair, and its evidence by Laplace's method.
 
-Pairs on a grid of midpoints and half distances first, their forces eliminated and cut back into the cones; then Newton
-and Levenberg from the best of them, in midpoint, half distance, and each touch's magnitude and angle; then a Gaussian
-in midpoint, half distance and the four forces about each of the pairs found, cut by cones and ends, an edge at a time.
+Pairs on a grid of midpoints and half distances first, their forces eliminated and cut back into the cones; then a climb
+from the best of them, over position, half distance and both angles, the magnitudes being eliminated; then a Gaussian in
+midpoint, half distance and the four forces about each of the pairs found, cut by cones and ends, an edge at a time.
 What the readings do not tell of a pair spreads as far as search, distances and force allow.
 """
 
@@ -16,55 +16,112 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._compiled import compiled
-from ..climb import field_at
-from ._integrals import _LOG_2PI, add, log_below
+from ..kinds import LINE_ROWS, Along, Line, line_field
+from ..varpro import Ending, Limits, kernel
+from ._integrals import LOG_2PI, Gaussian, add, cut, gaussian, settled
+from .base import HALF_WIDTH, NORMAL, POSITION, TANGENTIAL
 
 _STARTS = 3
-_STEPS = 40
 _SIZE = 6
-MIDDLE, HALF, FIRST, FIRST_ANGLE, SECOND, SECOND_ANGLE = range(_SIZE)
-"""Unknowns of a pair: midpoint, half distance, and magnitude and angle of each touch."""
-
-
-class LineTable(NamedTuple):
-    """What the sensors read of one line load, as of `field_at`."""
-
-    table: FloatArray
-    start: float
-    step: float
+MIDDLE, HALF, FIRST, SECOND = 0, 1, 2, 4
+"""Unknowns of a pair's Gaussian: midpoint, half distance, and where the components of each touch begin."""
+_TEN = 10
+"""Rows of a pair's field: readings under its two components, and their slopes in four unknowns."""
+_FINE = 1e-4
+"""What the last step of a climb may gain."""
+_QUADRANT = Limits(1.0, 0.0, math.inf)
+"""Both magnitudes are 0 or more where their difference is no larger than their sum."""
 
 
 class TouchPairs(NamedTuple):
     """What the sensors read of two line loads at once, and where these may be.
 
     grid (2, m): midpoints and half distances; basis (n, 4, m): orthonormal columns of each pair's A = Q R; tri, back
-    (4, 4, m): R and its inverse; line: of each touch; near: the least depth; ends (4,): the search,
-    then least and largest half distance.
+    (4, 4, m): R and its inverse; table, start, step: of each touch, as of `Line`; near: the least depth; ends (4,): the
+    search, then least and largest half distance.
     """
 
     grid: FloatArray
     basis: npt.NDArray[np.float32]
     tri: npt.NDArray[np.float32]
     back: npt.NDArray[np.float32]
-    line: LineTable
+    table: FloatArray
+    start: float
+    step: float
     near: float
     ends: FloatArray
 
 
-class PairRoom(NamedTuple):
-    """Scratch: fields a (2, 4, n) of both touches, residuals and slopes of two pairs, and those of a Gaussian."""
+class Both(NamedTuple):
+    """Where two touches are: what share of the room before and behind is before them; half distance; their angles.
 
-    a: FloatArray
-    rho: FloatArray
+    Their components are half the sum of both magnitudes, and half of what the first has more.
+    """
+
+    share: float
+    half: float
+    first: float
+    second: float
+
+
+class BothModel(NamedTuple):
+    """Readings under two touches: of each, as of `kinds.Line`; rows (10, n): scratch; ends (4,): as of `TouchPairs`."""
+
+    one: Line
+    two: Line
+    rows: FloatArray
+    ends: FloatArray
+
+
+@compiled(borrows=True)
+def _both_field(model, at):
+    """Rows of readings under the components of two touches, then their slopes in the unknowns."""
+    rows, length = model.rows, model.ends[1] - model.ends[0]
+    before = model.ends[0] + at.share * (length - 2.0 * at.half)
+    line_field(model.one, Along(before))
+    line_field(model.two, Along(before + 2.0 * at.half))
+    a, b, room = model.one.rows, model.two.rows, length - 2.0 * at.half
+    c1, s1, c2, s2 = math.cos(at.first), math.sin(at.first), math.cos(at.second), math.sin(at.second)
+    for i in range(rows.shape[1]):
+        u, v = c1 * a[0, i] + s1 * a[1, i], c2 * b[0, i] + s2 * b[1, i]
+        by_u, by_v = c1 * a[2, i] + s1 * a[3, i], c2 * b[2, i] + s2 * b[3, i]
+        turned_u, turned_v = c1 * a[1, i] - s1 * a[0, i], c2 * b[1, i] - s2 * b[0, i]
+        wider_u, wider_v = -2.0 * at.share * by_u, (2.0 - 2.0 * at.share) * by_v
+        each = (
+            u + v, u - v, room * (by_u + by_v), room * (by_u - by_v), wider_u + wider_v, wider_u - wider_v,
+            turned_u, turned_u, turned_v, -turned_v,
+        )  # fmt: skip
+        for k in range(_TEN):
+            rows[k, i] = each[k]
+
+
+BOTH_FIT, _, _, _, _, climb, _ = kernel(Both, _both_field, 2)
+
+
+class PairRoom(NamedTuple):
+    """Scratch: the model, sums and heights of the scan, the pairs found, fits, a Gaussian and readings' slopes."""
+
+    model: BothModel
+    c: npt.NDArray[np.float32]
+    s: npt.NDArray[np.float32]
+    box: FloatArray
+    tops: FloatArray
+    fits: npt.NDArray[np.void]
+    gauss: Gaussian
     jac: FloatArray
-    info: FloatArray
-    cov: FloatArray
-    mean: FloatArray
-    to: FloatArray
-    step: FloatArray
-    grad: FloatArray
-    edge: FloatArray
-    pull: FloatArray
+
+
+@compiled(inline=True)
+def pair_room(pairs):
+    """Room for the pairs of a frame."""
+    n, m = pairs.basis.shape[0], pairs.grid.shape[1]
+    one = Line(pairs.table, pairs.start, pairs.step, np.empty((LINE_ROWS, n)))
+    two = Line(pairs.table, pairs.start, pairs.step, np.empty((LINE_ROWS, n)))
+    return PairRoom(
+        BothModel(one, two, np.empty((_TEN, n)), pairs.ends), np.empty((4, m), dtype=np.float32),
+        np.empty(m, dtype=np.float32), np.empty(8), np.empty((_STARTS, 2)), np.empty(3, BOTH_FIT), gaussian(_SIZE),
+        np.empty((_SIZE, n)),
+    )  # fmt: skip
 
 
 @compiled(borrows=True)
@@ -104,245 +161,84 @@ def _forces(back, c, p):
     )
 
 
+@compiled(inline=True)
+def _middle(fit, ends):
+    """The midpoint of two touches."""
+    return ends[0] + fit.half + fit.share * (ends[1] - ends[0] - 2.0 * fit.half)
+
+
 @compiled(borrows=True)
-def _model(w, line, x, a, rho, jac):
-    """Chi-square of a pair x; residuals rho (n,), slopes jac (6, n)."""
-    n = w.size
-    field_at(line.table, line.start, line.step, x[MIDDLE] - x[HALF], a[0])
-    field_at(line.table, line.start, line.step, x[MIDDLE] + x[HALF], a[1])
-    p1, p2 = x[FIRST], x[SECOND]
-    c1, s1, c2, s2 = (
-        math.cos(x[FIRST_ANGLE]),
-        math.sin(x[FIRST_ANGLE]),
-        math.cos(x[SECOND_ANGLE]),
-        math.sin(x[SECOND_ANGLE]),
-    )
-    total = 0.0
+def _weigh(w, fit, mu, lean, room):
+    """Log of the integral over midpoint, half distance and forces about a pair, where chi-square is least."""
+    gauss, jac, ends, a, b = room.gauss, room.jac, room.model.ends, room.model.one.rows, room.model.two.rows
+    info, slope, mean, edge = gauss.info, gauss.slope, gauss.mean, gauss.edge
+    _both_field(room.model, Both(fit.share, fit.half, fit.first, fit.second))
+    p1, p2, n, middle = fit.n + fit.t, fit.n - fit.t, w.size, _middle(fit, ends)
+    n1, t1 = p1 * math.cos(fit.first), p1 * math.sin(fit.first)
+    n2, t2 = p2 * math.cos(fit.second), p2 * math.sin(fit.second)
+    size, length, wide, chi2 = p1 + p2, ends[1] - ends[0], ends[3] - ends[2], 0.0
+    slope[:] = 0.0
+    info[:] = 0.0
     for i in range(n):
-        u1, u2 = c1 * a[0, 0, i] + s1 * a[0, 1, i], c2 * a[1, 0, i] + s2 * a[1, 1, i]
-        y1, y2 = p1 * (c1 * a[0, 2, i] + s1 * a[0, 3, i]), p2 * (c2 * a[1, 2, i] + s2 * a[1, 3, i])
-        rho[i] = w[i] - p1 * u1 - p2 * u2
-        total += rho[i] * rho[i]
+        y1, y2 = n1 * a[2, i] + t1 * a[3, i], n2 * b[2, i] + t2 * b[3, i]
         jac[MIDDLE, i], jac[HALF, i] = y1 + y2, y2 - y1
-        jac[FIRST, i], jac[FIRST_ANGLE, i] = u1, p1 * (c1 * a[0, 1, i] - s1 * a[0, 0, i])
-        jac[SECOND, i], jac[SECOND_ANGLE, i] = u2, p2 * (c2 * a[1, 1, i] - s2 * a[1, 0, i])
-    return total
-
-
-@compiled(borrows=True)
-def _solve(m, b, size, out):
-    """Solve m x = b by Cholesky, m (size, size) positive, overwritten by its factor; log of its determinant."""
-    logdet = 0.0
-    for i in range(size):
-        for j in range(i + 1):
-            v = m[i, j]
-            for k in range(j):
-                v -= m[i, k] * m[j, k]
-            if i == j:
-                m[i, i] = math.sqrt(max(v, 1e-300))
-                logdet += 2.0 * math.log(m[i, i])
-            else:
-                m[i, j] = v / m[j, j]
-    for i in range(size):
-        v = b[i]
-        for k in range(i):
-            v -= m[i, k] * out[k]
-        out[i] = v / m[i, i]
-    for i in range(size - 1, -1, -1):
-        v = out[i]
-        for k in range(i + 1, size):
-            v -= m[k, i] * out[k]
-        out[i] = v / m[i, i]
-    return logdet
-
-
-@compiled(borrows=True)
-def _inverse(factor, size, out):
-    """The inverse of a matrix of this factor, a column by two triangles, into out (size, size)."""
-    for i in range(size):
-        for r in range(size):
-            v = 1.0 if r == i else 0.0
-            for k in range(r):
-                v -= factor[r, k] * out[i, k]
-            out[i, r] = v / factor[r, r]
-        for r in range(size - 1, -1, -1):
-            v = out[i, r]
-            for k in range(r + 1, size):
-                v -= factor[k, r] * out[i, k]
-            out[i, r] = v / factor[r, r]
-
-
-@compiled(borrows=True)
-def _clamp(x, ends, lean):
-    """Back into the search: half distance, midpoint, magnitudes, angles."""
-    x[HALF] = min(max(x[HALF], ends[2]), ends[3], 0.5 * (ends[1] - ends[0]))
-    x[MIDDLE] = min(max(x[MIDDLE], ends[0] + x[HALF]), ends[1] - x[HALF])
+        for k in range(2):
+            none = mu == 0.0 and k == 1  # there is no drag
+            jac[FIRST + k, i], jac[SECOND + k, i] = (0.0, 0.0) if none else (a[k, i], b[k, i])
+        rho = w[i] - n1 * a[0, i] - t1 * a[1, i] - n2 * b[0, i] - t2 * b[1, i]
+        chi2 += rho * rho
+        for j in range(_SIZE):
+            slope[j] += jac[j, i] * rho
+    for j in range(_SIZE):
+        for k in range(j + 1):
+            for i in range(n):
+                info[j, k] += jac[j, i] * jac[k, i]
+    # no wider than search, distances and force
+    info[MIDDLE, MIDDLE] += 12.0 / (length * length)
+    held = 1.0 / (size * size + 1e-300)
+    info[HALF, HALF] += 12.0 / (wide * wide) if wide > 0.0 else held + 1e12 / (length * length)
     for k in (FIRST, SECOND):
-        x[k] = max(x[k], 0.0)
-        x[k + 1] = min(max(x[k + 1], -lean), lean)
-
-
-@compiled(borrows=True)
-def _climb(w, line, ends, lean, x, room):
-    """Least chi-square from x, which is moved there."""
-    rho, jac, info, y, grad, pull, move = (
-        room.rho, room.jac, room.info, room.to, room.grad, room.pull, room.step,
-    )  # fmt: skip
-    chi2, damping = _model(w, line, x, room.a, rho[0], jac[0]), 1e-3
-    for _ in range(_STEPS):
-        for i in range(_SIZE):
-            grad[i] = 0.0
-            for k in range(w.size):
-                grad[i] += jac[0, i, k] * rho[0, k]
-        held = (
-            (x[MIDDLE] <= ends[0] + x[HALF] and grad[MIDDLE] < 0.0)
-            or (x[MIDDLE] >= ends[1] - x[HALF] and grad[MIDDLE] > 0.0),
-            (x[HALF] <= ends[2] and grad[HALF] < 0.0) or (x[HALF] >= ends[3] and grad[HALF] > 0.0),
-            x[FIRST] <= 0.0 and grad[FIRST] < 0.0,
-            lean == 0.0 or (abs(x[FIRST_ANGLE]) >= lean and grad[FIRST_ANGLE] * x[FIRST_ANGLE] > 0.0),
-            x[SECOND] <= 0.0 and grad[SECOND] < 0.0,
-            lean == 0.0 or (abs(x[SECOND_ANGLE]) >= lean and grad[SECOND_ANGLE] * x[SECOND_ANGLE] > 0.0),
-        )
-        done = True
-        while damping < 1e10:
-            for i in range(_SIZE):
-                for j in range(i + 1):
-                    v = 0.0
-                    for k in range(w.size):
-                        v += jac[0, i, k] * jac[0, j, k]
-                    info[i, j] = 0.0 if held[i] or held[j] else v
-                info[i, i] = 1.0 if held[i] else info[i, i] * (1.0 + damping) + 1e-12
-                pull[i] = 0.0 if held[i] else grad[i]
-            _solve(info, pull, _SIZE, move)
-            for i in range(_SIZE):
-                y[i] = x[i] + move[i]
-            _clamp(y, ends, lean)
-            now = _model(w, line, y, room.a, rho[1], jac[1])
-            if now < chi2:
-                done = chi2 - now < 1e-4 * (1.0 + 0.01 * now)
-                chi2 = now
-                for k in range(w.size):
-                    rho[0, k] = rho[1, k]
-                for i in range(_SIZE):
-                    x[i] = y[i]
-                    for k in range(w.size):
-                        jac[0, i, k] = jac[1, i, k]
-                damping = max(0.1 * damping, 1e-9)
-                break
-            damping *= 10.0
-        if done:
-            break
-    return chi2
-
-
-@compiled(borrows=True)
-def _weigh(w, pairs, mu, lean, x, room):
-    """Log of the integral over midpoint, half distance and forces about x, where chi-square is least."""
-    n, ends, a, rho, jac, info, cov, mean, grad, edge = (
-        w.size, pairs.ends, room.a, room.rho[0], room.jac[0], room.info, room.cov, room.mean, room.grad, room.edge,
-    )  # fmt: skip
-    chi2 = _model(w, pairs.line, x, a, rho, jac)
-    size, length, wide = x[FIRST] + x[SECOND], ends[1] - ends[0], ends[3] - ends[2]
-    for i in range(n):  # of the components in place of magnitudes and angles
-        jac[FIRST, i], jac[FIRST + 1, i], jac[SECOND, i], jac[SECOND + 1, i] = (
-            a[0, 0, i],
-            a[0, 1, i],
-            a[1, 0, i],
-            a[1, 1, i],
-        )
-    for i in range(_SIZE):
-        none = mu == 0.0 and (i == FIRST + 1 or i == SECOND + 1)
-        grad[i] = 0.0
-        for k in range(n):
-            grad[i] += 0.0 if none else jac[i, k] * rho[k]
-        for j in range(i + 1):
-            v = 0.0
-            for k in range(n):
-                v += jac[i, k] * jac[j, k]
-            info[i, j] = 0.0 if none or (mu == 0.0 and j == FIRST + 1) else v
-        # no wider than search, distances and force
-        if i == MIDDLE:
-            info[i, i] += 12.0 / (length * length)
-        elif i == HALF:
-            info[i, i] += (
-                12.0 / (wide * wide) if wide > 0.0 else 1.0 / (size * size + 1e-300) + 1e12 / (length * length)
-            )
-        else:
-            info[i, i] += 1.0 if none else 1.0 / (size * size + 1e-300)
-    logdet = _solve(info, grad, _SIZE, mean)
-    out = -0.5 * chi2 - 0.5 * logdet + (3.0 if mu > 0.0 else 2.0) * _LOG_2PI
-    for i in range(_SIZE):
-        out += 0.5 * grad[i] * mean[i]
-    _inverse(info, _SIZE, cov)
-    mean[MIDDLE] += x[MIDDLE]
-    mean[HALF] += x[HALF]
-    for k in (FIRST, SECOND):
-        mean[k] += x[k] * math.cos(x[k + 1])
-        mean[k + 1] += x[k] * math.sin(x[k + 1])
+        info[k, k] += held
+        info[k + 1, k + 1] += held if mu > 0.0 else 2.0 * math.pi
+    out = settled(gauss) - 0.5 * chi2
+    for j, value in enumerate((middle, fit.half, n1, t1, n2, t2)):
+        mean[j] += value
     leans = 0.0 < mu < math.inf
     for k in (FIRST, SECOND):
         for side in range(2 if leans else 1):
             edge[:] = 0.0
             edge[k], edge[k + 1] = (mu, 2.0 * side - 1.0) if leans else (1.0, 0.0)
-            out += _cut(cov, mean, edge, 0.0, room.pull)
+            out += cut(gauss, 0.0)
     for side in range(2):  # the outer touches within the search
         edge[:] = 0.0
         edge[MIDDLE], edge[HALF] = 1.0 - 2.0 * side, -1.0
-        out += _cut(cov, mean, edge, -edge[MIDDLE] * ends[side], room.pull)
+        out += cut(gauss, -edge[MIDDLE] * ends[side])
     for side in range(2 if wide > 0.0 else 0):
         edge[:] = 0.0
         edge[HALF] = 1.0 - 2.0 * side
-        out += _cut(cov, mean, edge, -edge[HALF] * ends[2 + side], room.pull)
+        out += cut(gauss, -edge[HALF] * ends[2 + side])
     one, two = math.hypot(mean[FIRST], mean[FIRST + 1]), math.hypot(mean[SECOND], mean[SECOND + 1])
     # alike: midpoints, half distances, shares of the force, angles; the whole on a logarithmic scale
-    out += math.log(length / max(length - 2.0 * x[HALF], 1e-3 * length))
-    out -= math.log(wide) if wide > 0.0 else 0.5 * (_LOG_2PI - math.log(1e12 / (length * length)))
+    out += math.log(length / max(length - 2.0 * fit.half, 1e-3 * length))
+    out -= math.log(wide) if wide > 0.0 else 0.5 * (LOG_2PI - math.log(1e12 / (length * length)))
     out -= 2.0 * math.log(max(one + two, 1e-300))
     if mu > 0.0:
         out -= math.log(2.0 * lean) + math.log(max(one, 1e-300)) + math.log(max(two, 1e-300))
     return out
 
 
-@compiled(borrows=True)
-def _cut(cov, mean, edge, offset, v):
-    """Log of the share of a Gaussian where edge x + offset > 0; mean and covariance become those of that share."""
-    at, square = offset, 0.0
-    for i in range(_SIZE):
-        v[i] = 0.0
-        for j in range(_SIZE):
-            v[i] += cov[i, j] * edge[j]
-        at += edge[i] * mean[i]
-    for i in range(_SIZE):
-        square += edge[i] * v[i]
-    spread = math.sqrt(max(square, 1e-300))
-    z = at / spread
-    if z > 6.0:
-        return 0.0
-    share = log_below(z)
-    pull = math.exp(-0.5 * z * z - 0.5 * _LOG_2PI - share)
-    for i in range(_SIZE):
-        mean[i] += v[i] * pull / spread
-        for j in range(_SIZE):
-            cov[i, j] -= v[i] * v[j] * pull * (pull + z) / (spread * spread)
-    return share
-
-
 @compiled()
-def weigh_pairs(w, w_single, pairs, mu, best):
-    """Log of the evidence of two touches, as `_evidence` counts it but for chi-square; the least chi-square.
+def weigh_pairs(w, single, pairs, mu, room, row, column):
+    """Log of the evidence of two touches, as that of a kind but for chi-square; the least chi-square.
 
-    best (6,): that pair.
+    The best pair goes to the row, from `column` on. single (n,): w in single precision.
     """
-    n, m = w.size, pairs.grid.shape[1]
-    c, s = np.empty((4, m), dtype=np.float32), np.empty(m, dtype=np.float32)
-    lean = math.atan(mu)
-    _scan(w_single, pairs, np.float32(min(mu, 1e6)), c, s)
-    xs, chi2s, grid = np.empty((_STARTS, _SIZE)), np.empty(_STARTS), pairs.grid
-    room = PairRoom(
-        np.empty((2, 4, n)), np.empty((2, n)), np.empty((2, _SIZE, n)), np.empty((_SIZE, _SIZE)),
-        np.empty((_SIZE, _SIZE)), np.empty(_SIZE), np.empty(_SIZE), np.empty(_SIZE), np.empty(_SIZE), np.empty(_SIZE),
-        np.empty(_SIZE),
-    )  # fmt: skip
+    grid, ends, c, s, tops = pairs.grid, pairs.ends, room.c, room.s, room.tops
+    m, lean, box, fit = s.size, math.atan(mu), room.box, room.fits[0]
+    _scan(single, pairs, np.float32(min(mu, 1e6)), c, s)
+    length = ends[1] - ends[0]
+    for k, end in enumerate((0.0, 1.0, ends[2], min(ends[3], 0.5 * length), -lean, lean, -lean, lean)):
+        box[k] = end
     total, least, kept = -math.inf, math.inf, 0
     for _ in range(_STARTS):
         p = 0
@@ -350,27 +246,32 @@ def weigh_pairs(w, w_single, pairs, mu, best):
             p = k if s[k] > s[p] else p
         if not s[p] > 0.0:
             break
-        x = xs[kept]
-        x[MIDDLE], x[HALF] = grid[0, p], grid[1, p]
+        middle, half = grid[0, p], grid[1, p]
         for k in range(m):  # its neighbours climb to the same
-            if abs(grid[0, k] - x[MIDDLE]) + abs(grid[1, k] - x[HALF]) < 0.4 * pairs.near:
+            if abs(grid[0, k] - middle) + abs(grid[1, k] - half) < 0.4 * pairs.near:
                 s[k] = -1.0
         n1, t1, n2, t2 = _forces(pairs.back, c, p)
-        x[FIRST], x[SECOND] = max(float(n1), 0.0), max(float(n2), 0.0)
-        some = 1e-3 * (x[FIRST] + x[SECOND])
-        x[FIRST], x[SECOND] = max(x[FIRST], some), max(x[SECOND], some)
-        x[FIRST_ANGLE], x[SECOND_ANGLE] = math.atan(float(t1) / x[FIRST]), math.atan(float(t2) / x[SECOND])
-        _clamp(x, pairs.ends, lean)
-        chi2s[kept] = _climb(w, pairs.line, pairs.ends, lean, x, room)
-        new = True
+        n1, n2 = max(float(n1), 0.0), max(float(n2), 0.0)
+        some = 1e-3 * (n1 + n2)
+        room_left = length - 2.0 * half
+        start = Both(
+            (middle - half - ends[0]) / room_left if room_left > 0.0 else 0.5, half,
+            math.atan(float(t1) / max(n1, some)), math.atan(float(t2) / max(n2, some)),
+        )  # fmt: skip
+        climb(w, room.model, _QUADRANT, box, start, Ending(_FINE, 0.0, 0.0, -math.inf), fit, room.fits[1])
+        middle, new = _middle(fit, ends), True
         for e in range(kept):
-            new &= abs(xs[e, MIDDLE] - x[MIDDLE]) + abs(xs[e, HALF] - x[HALF]) > 0.05 * pairs.near
+            new &= abs(tops[e, 0] - middle) + abs(tops[e, 1] - fit.half) > 0.05 * pairs.near
         if not new:
             continue
-        if chi2s[kept] < least:
-            best[:] = x
-            least = chi2s[kept]
-        if chi2s[kept] < least + 80.0:
-            total = add(total, _weigh(w, pairs, mu, lean, x, room))
+        tops[kept, 0], tops[kept, 1] = middle, fit.half
         kept += 1
+        if fit.left < least:
+            least = fit.left
+            p1, p2 = fit.n + fit.t, fit.n - fit.t
+            row[column + POSITION], row[column + HALF_WIDTH] = middle, fit.half
+            row[column + NORMAL] = p1 * math.cos(fit.first) + p2 * math.cos(fit.second)
+            row[column + TANGENTIAL] = p1 * math.sin(fit.first) + p2 * math.sin(fit.second)
+        if fit.left < least + 80.0:
+            total = add(total, _weigh(w, fit, mu, lean, room))
     return total, least

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
 from ..._check import FloatArray
 from ...contact.families import family_of
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
-from ..frames import Framewise, packed, scan_geometry, sensor_rows
-from .columns import EACH, KIND, STATUS
-from .kind import NONE, PAIR, STRETCH, Kind
+from ..frames import packed, scan_geometry, sensor_rows
+from .base import LONG, Weighing
+from .kind import STRETCH, Kind
 from .shapes import root_moment, shapes, sticking
 
 __all__ = ["Evidence"]
@@ -35,7 +34,21 @@ _PAIRS = 0.125
 """Step of the grid of two touches, in least depths."""
 
 
-class Evidence(Framewise):
+class _Source(NamedTuple):
+    """Responses to contacts of some half widths, and the second moment of their pressure at a half width of 1.
+
+    whole: the kind that they are a part of, or -1; share, left: as of `KINDS`.
+    """
+
+    response: Response
+    half_width: tuple[float, float]
+    moment: float
+    whole: int = -1
+    share: float = 0.0
+    left: float = 0.0
+
+
+class Evidence(Weighing):
     """The log of the probability of frames of readings under each kind of contact; prepared once, called on many.
 
     Position, forces and width are integrated over: positions alike over the search, half widths alike over the kind's
@@ -70,6 +83,14 @@ class Evidence(Framewise):
     True
     """
 
+    _layout_of = LONG
+    _example = 'Kind("edge", "wedge", ...), Kind("can", "hertz", ...)'
+    _misplaced = (
+        STRETCH,
+        "an edge with its length is a kind on an area: sensors in a row do not see how long it is",
+        'Kind("edge", "wedge", half_width=(0.2e-3, 1e-3))',
+    )
+
     def __init__(
         self,
         finger: Finger,
@@ -79,81 +100,40 @@ class Evidence(Framewise):
         friction: float = 1.0,
         false_alarm: float = 1e-6,
     ) -> None:
-        self.kinds = tuple(kinds)
-        names = [kind.name for kind in self.kinds]
-        if not names or len(set(names)) < len(names):
-            raise InvalidValueError(
-                f"kinds = {names}",
-                "at least one, each of its own name, is needed",
-                'Kind("edge", "wedge", ...), Kind("can", "hertz", ...)',
-            )
-        if STRETCH in [kind.family for kind in self.kinds]:
-            rule = "an edge with its length is a kind on an area: sensors in a row do not see how long it is"
-            raise InvalidValueError('family = "edge"', rule, 'Kind("edge", "wedge", half_width=(0.2e-3, 1e-3))')
-        self._single = [i for i, kind in enumerate(self.kinds) if kind.family not in (PAIR, NONE)]
-        pair, none = ([i for i, k in enumerate(self.kinds) if k.family == f] for f in (PAIR, NONE))
-        if not self._single or len(pair) > 1 or len(none) > 1:
-            rule = 'at least one kind of a family, and at most one "pair" and one "none", can be weighed'
-            raise InvalidValueError(f"families = {[k.family for k in self.kinds]}", rule, "leave the others out")
-        self._two, self._none = (pair or [-1])[0], (none or [-1])[0]
-        array = finger.array
-        y, depth = np.asarray(array.y), np.asarray(array.depth)
+        super().__init__(finger, kinds, friction=friction, false_alarm=false_alarm, needed=(3, 4))
+        y, depth = np.asarray(finger.array.y), np.asarray(finger.array.depth)
         if search is None:
             search = (float(y.min() - 0.5 * depth.max()), float(y.max() + 0.5 * depth.max()))
-        self.friction = _check.friction(friction)
-        needed = 4 if self.friction > 0 else 3
-        super().__init__(array, needed=needed, columns=KIND + EACH * len(names), status=STATUS)
-        self.allow_for(finger, self.friction)
-        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-        self._shallowest = float(depth.min())
-        table = tabulate(finger, search)
-        self._ends = (table.start, table.stop)
-        single = [self.kinds[i] for i in self._single]
-        families: list[Any] = [k.family for k in single]
-        self.fields = tuple(
-            Response.of(finger, family_of(family), self._ends, k.half_width[1])
-            for family, k in zip(families, single, strict=True)
-        )
-        self._more, self._parts, self._moments = self._others(finger, single, none)
-        self._line = table
-        count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
-        self._positions = np.linspace(*self._ends, count)
-        self._squares = tuple(_squares(k, self._shallowest) for k in single)
+        self._line = tabulate(finger, search)
+        self._ends = first, last = (self._line.start, self._line.stop)
+        self._sources = self._made(finger)
+        count = max(int(np.ceil((last - first) / (self._shallowest / 16) - 1e-9)) + 1, 3)
+        self._positions = np.linspace(first, last, count)
 
-    def _others(
-        self, finger: Finger, single: list[Kind], none: list[int]
-    ) -> tuple[tuple[tuple[Response, tuple[float, float]], ...], FloatArray, FloatArray]:
-        """What is weighed beside the single kinds: responses and half widths, whose part they are, second moments."""
-        parts, found = [], []
-        moments = [root_moment(*family_of(k.family).as_line_loads()) ** 2 if k.half_width[1] else 1.0 for k in single]  # type: ignore[arg-type,union-attr]
-        for i, kind in enumerate(single):
-            if kind.stick > 0:
-                found.append((*sticking(), kind.half_width))
-                parts.append([i, np.log(kind.stick), np.log1p(-kind.stick)])
-        for shape in shapes(single, self._shallowest) if none else ():
-            found.append(shape[:3])
-            parts.append([-1.0, np.log((1 - _OFF) * shape.share), 0.0])
-        made, kept = [], []
-        for part, (lines, weights, ends) in zip(parts, found, strict=True):
+    def _made(self, finger: Finger) -> tuple[_Source, ...]:
+        """What is weighed: each kind, then rollers that stick, then other shapes."""
+        made, single = [], [self.kinds[i] for i in self._single]
+        for kind in single:
+            family: Any = family_of(kind.family)  # type: ignore[arg-type]
+            response = Response.of(finger, family, self._ends, kind.half_width[1])
+            moment = root_moment(*family.as_line_loads()) ** 2 if kind.half_width[1] else 1.0
+            made.append(_Source(response, kind.half_width, moment))
+        found: list[Any] = [
+            (*sticking(), kind.half_width, (i, np.log(kind.stick), np.log1p(-kind.stick)))
+            for i, kind in enumerate(single)
+            if kind.stick > 0
+        ]
+        for shape in shapes(single, self._shallowest) if self._none >= 0 else ():
+            found.append((*shape[:3], (-1, np.log((1 - _OFF) * shape.share), 0.0)))
+        for lines, weights, half_width, (whole, share, left) in found:
             try:
-                made.append((Response.of_lines(finger, lines, weights, self._ends, ends[1]), ends))
+                response = Response.of_lines(finger, lines, weights, self._ends, half_width[1])
             except (InvalidValueError, GeometryError):  # no room on this skin for shapes so wide: it has none
-                if part[0] >= 0:
+                if whole >= 0:
                     raise
                 continue
-            kept.append(part)
-            moments.append(root_moment(lines, weights) ** 2)
-        return tuple(made), np.array(kept).reshape(-1, 3), np.array(moments)
-
-    def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Packed results, shape (..., 1 + 6 kinds), and the sensors used, shape (..., n).
-
-        Parameters
-        ----------
-        readings : array_like, shape (..., n)
-            As in `Locator`.
-        """
-        return self._frames(readings)
+            made.append(_Source(response, half_width, root_moment(lines, weights) ** 2, whole, share, left))
+        return tuple(made)
 
     def _kernel(self) -> Any:
         from ._kernel import weigh_frames
@@ -163,68 +143,56 @@ class Evidence(Framewise):
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         from scipy.special import chdtri
 
-        from ._kernel import Odds, Thresholds
-        from ._tables import Sizes, Starts, Tables
+        from ._kernel import KINDS, KindsAsked, Tables
 
         array = self.array.select(pattern)
-        scale = 1 / np.asarray(array.noise)
-        tables, bases, edges, geometry, fines, nodes, rows = [], [], [], [], [], [], []
-        fine_positions = np.linspace(*self._ends, _FINE * (self._positions.size - 1) + 1)
-        single = [self.kinds[i] for i in self._single]
-        for field, squares, kind in zip(self.fields, self._squares, single, strict=True):
-            part = field.select(pattern)
-            table = packed(part, scale)
-            tables.append(table.reshape(len(table), -1, 10 * len(array)))  # a line has one width
-            grid = _on_grid(part, self._positions, np.sqrt(squares)) * scale[:, None]
+        n, scale, single, two = len(array), 1 / np.asarray(array.noise), len(self._single), self._two >= 0
+        fine = np.linspace(*self._ends, _FINE * (self._positions.size - 1) + 1)
+        kinds = np.zeros(len(self._sources), KINDS)
+        parts: list[Any] = [[] for _ in range(7)]
+        bases, edges, squares, tables, fines, nodes, rows = parts
+        for told, source in zip(kinds, self._sources, strict=True):
+            field = source.response.select(pattern)
+            table = packed(field, scale)
+            tables.append(table.reshape(len(table), -1, 10 * n))  # a line has one width
+            told["start"], told["step"], told["widest"] = field.start, field.step, field.widest or 1.0
+            told["ends"] = (*self._ends, *np.square(source.half_width))
+            told["cells"], told["widths"] = tables[-1].shape[:2]
+            told["moment"], told["whole"], told["share"], told["left"] = source[2:]
+            if len(tables) > single:
+                continue
+            scanned = _squares(source.half_width, self._shallowest)
+            grid = _on_grid(field, self._positions, np.sqrt(scanned)) * scale[:, None]
             basis, edge, _ = scan_geometry(grid.reshape(-1, *grid.shape[2:]), self.friction)
+            widths, weights = _widths(source.half_width, _FINE_WIDTH * self._shallowest)
+            grid = _on_grid(field, fine, widths) * scale[:, None]
+            told["scanned"], told["surveyed"] = scanned.size, widths.size
             bases.append(basis)
             edges.append(edge)
-            widths, weights = _widths(kind.half_width, _FINE_WIDTH * self._shallowest)
-            grid = _on_grid(part, fine_positions, widths) * scale[:, None]
-            fines.append(np.ascontiguousarray(np.moveaxis(grid, (2, 3), (0, 1))))
+            squares.append(scanned)
+            fines.append(np.moveaxis(grid, (2, 3), (0, 1)))
             nodes.append(_inverse(grid, self.friction))
             rows.append(np.stack([widths, widths**2, weights]))
-            ends = (*self._ends, *np.square(kind.half_width))
-            geometry.append([field.start, field.step, field.widest**2 or 1.0, *ends])
-        for field, half_width in self._more:
-            tables.append(packed(field.select(pattern), scale))
-            geometry.append([field.start, field.step, field.widest**2, *self._ends, *np.square(half_width)])
-        spare = [float(len(array) - k.unknowns(self.friction)) for k in single]
-        alone = len(array) - (3 if self.friction > 0 else 2)
-        both = len(array) - (6 if self.friction > 0 else 4)
+        for name, part in zip(Tables._fields, parts, strict=False):
+            kinds[name][: len(part)] = np.cumsum([0, *(p.size for p in part[:-1])])
+        alone, both = (n - touches * (2 + (self.friction > 0)) for touches in (1, 2))
         largest, most = (float(chdtri(max(k, 1), self._false_alarm)) for k in (alone, both))
-        priors = np.array([k.prior for k in single])
         # what is near to none of the single ones is near to two touches
-        shares = np.log(np.append(priors / priors.sum() * (0.5 if self._two >= 0 else 1.0), 0.5))
-        flat: list[Any] = [bases, edges, self._squares, tables, fines, nodes, rows]
-        starts = np.zeros((len(flat), len(tables)), dtype=np.int64)
-        for begin, part in zip(starts, flat, strict=True):
-            begin[1 : len(part)] = np.cumsum([p.size for p in part[:-1]])
-        none = len(self._more) * [0]
-        sizes = (
-            [*(q.size for q in self._squares), *none], *np.transpose([t.shape[:2] for t in tables]),
-            [*(r.shape[1] for r in rows), *none],
+        kinds["share"][:single] = np.log(self._shares() * (0.5 if two else 1.0))
+        kinds["spare"][:single] = np.maximum(self._spare(n), 0)
+        kinds["column"][:single] = [self._slot(j) for j in range(single)]
+        parts_of = single + int((kinds["whole"] >= 0).sum())
+        columns = (self._layout_of.first + self._layout_of.each * i if i >= 0 else -1 for i in (self._two, self._none))
+        asked = KindsAsked(
+            self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most, single, parts_of, *columns,
+            float(np.log(0.5)), max(float(both), 0.0), float(np.log(_OFF)),
         )  # fmt: skip
-        joined = (np.concatenate([np.ravel(p) for p in part]) for part in flat)
-        scans, edged, squared, tabled, fine, noded, rowed = joined
-        whole, share, left = self._parts.T
-        return (
-            sensor_rows(array),
-            Tables(
-                scans, edged, self._positions, squared, tabled, fine, noded, rowed, np.array(geometry), Starts(*starts),
-                Sizes(*(np.array(s, dtype=np.int64) for s in sizes)), _FINE,
-            ),
-            Odds(
-                np.array(self._single), self._two, self._none, shares, np.maximum([*spare, both], 0.0),
-                whole.astype(np.intp), np.array(share), np.array(left), self._moments, float(np.log(_OFF)),
-            ),
-            Thresholds(self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most),
-            self._pairs(pattern, scale),
-        )  # fmt: skip
+        flat = (np.concatenate([np.ravel(p) for p in part]) for part in parts)
+        return sensor_rows(array), kinds, Tables(*flat, self._positions, _FINE), asked, self._pairs(pattern, scale)
 
     def _pairs(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> Any:
         """What the sensors read of two touches; without pairs where no kind is one."""
-        from ._pair import LineTable, TouchPairs
+        from ._pair import TouchPairs
 
         two, part = self._two, self._line.select(pattern)
         low, high = self.kinds[two].half_width if two >= 0 else (0.0, 0.0)
@@ -244,14 +212,14 @@ class Evidence(Framewise):
         made = (basis[:, : fields.shape[1]], tri, np.linalg.inv(tri))
         single = (np.ascontiguousarray(np.moveaxis(m, 0, -1), dtype=np.float32) for m in made)
         ends = np.array([first, last, low, high])
-        line = LineTable(packed(part, scale), self._line.start, self._line.step)
-        columns, triangle, inverse = single
-        return TouchPairs(grid, columns, triangle, inverse, line, self._shallowest, ends)
+        return TouchPairs(
+            grid, *single, packed(part, scale), self._line.start, self._line.step, self._shallowest, ends
+        )  # fmt: skip
 
 
-def _squares(kind: Kind, depth: float) -> FloatArray:
+def _squares(width: tuple[float, float], depth: float) -> FloatArray:
     """Squares of the scan's half widths: in even steps, but farther apart where a half width is large."""
-    low, high = kind.half_width
+    low, high = width
     far = min(max(low, _FAR * depth), high)
     near = np.linspace(low**2, far**2, 1 + int(np.ceil((far**2 - low**2) / (_SQUARE * depth**2))))
     return np.append(near, np.linspace(far, high, 1 + int(np.ceil((high - far) / (_WIDE * depth))))[1:] ** 2)
