@@ -109,8 +109,8 @@ class AreaEvidence(Weighing):
         tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in every}
         self._tables = [tables[kind] for kind in self._families]
         (y, z) = (tuple(ends) for ends in self._box.tolist())
-        options = {"friction": friction, "false_alarm": false_alarm}
-        self._first = _Loose(tables[RoundHertz], array, (y, z), (0.0, widest), **options)
+        widths = (0.0, widest)
+        self._first = _Loose(tables[RoundHertz], array, (y, z), widths, friction=friction, false_alarm=false_alarm)
 
     def _kernel(self) -> Any:
         return self._weigh
@@ -119,7 +119,8 @@ class AreaEvidence(Weighing):
         from scipy.special import chdtri
 
         array, spare = self.array.select(pattern), self._spare(int(pattern.sum()))
-        models, edges = [], []
+        models: list[Any] = []
+        edges: list[EdgeModel] = []
         for j, table in enumerate(self._tables):
             models.append(model_of(table.select(pattern), array))
             if self._kind(j).family == STRETCH:

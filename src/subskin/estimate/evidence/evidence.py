@@ -182,13 +182,16 @@ class Evidence(Weighing):
         kinds["spare"][:single] = np.maximum(self._spare(n), 0)
         kinds["column"][:single] = [self._slot(j) for j in range(single)]
         parts_of = single + int((kinds["whole"] >= 0).sum())
-        columns = (self._layout_of.first + self._layout_of.each * i if i >= 0 else -1 for i in (self._two, self._none))
+        two_at, none_at = (
+            self._layout_of.first + self._layout_of.each * i if i >= 0 else -1 for i in (self._two, self._none)
+        )
         asked = KindsAsked(
-            self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most, single, parts_of, *columns,
+            self.friction, 2 * float(np.log(1 / self._false_alarm)), largest, most, single, parts_of, two_at, none_at,
             float(np.log(0.5)), max(float(both), 0.0), float(np.log(_OFF)),
         )  # fmt: skip
-        flat = (np.concatenate([np.ravel(p) for p in part]) for part in parts)
-        return sensor_rows(array), kinds, Tables(*flat, self._positions, _FINE), asked, self._pairs(pattern, scale)
+        flat: Any = [np.concatenate([np.ravel(p) for p in part]) for part in parts]
+        tables_of: Any = Tables._make([*flat, self._positions, _FINE])
+        return sensor_rows(array), kinds, tables_of, asked, self._pairs(pattern, scale)
 
     def _pairs(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> Any:
         """What the sensors read of two touches; without pairs where no kind is one."""
@@ -210,11 +213,9 @@ class Evidence(Weighing):
         i = np.arange(4)
         tri[:, i, i] = np.where(tri[:, i, i] < 0, -1.0, 1.0) * np.maximum(np.abs(tri[:, i, i]), 1e-6 * size[:, :, 0])
         made = (basis[:, : fields.shape[1]], tri, np.linalg.inv(tri))
-        single = (np.ascontiguousarray(np.moveaxis(m, 0, -1), dtype=np.float32) for m in made)
-        ends = np.array([first, last, low, high])
-        return TouchPairs(
-            grid, *single, packed(part, scale), self._line.start, self._line.step, self._shallowest, ends
-        )  # fmt: skip
+        columns, triangle, back = (np.ascontiguousarray(np.moveaxis(m, 0, -1), dtype=np.float32) for m in made)
+        table, line, ends = packed(part, scale), self._line, np.array([first, last, low, high])
+        return TouchPairs(grid, columns, triangle, back, table, line.start, line.step, self._shallowest, ends)
 
 
 def _squares(width: tuple[float, float], depth: float) -> FloatArray:
