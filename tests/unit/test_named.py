@@ -18,6 +18,7 @@ LAST = 4
 RECORDS = {"fit", "found", "options", "row", "state", "work"}
 """Of these no part is alike: every number stands for a name."""
 
+
 def compiled_functions(tree):
     """Functions with a decorator `@compiled(...)`, and those inside them."""
     for node in ast.walk(tree):
