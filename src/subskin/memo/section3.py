@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Length, checked
 from ..errors import GeometryError
 from ._symbols import described, given
 
@@ -97,7 +98,8 @@ def eq13(eps_x: ArrayLike, y: ArrayLike, x: ArrayLike, b: ArrayLike) -> FloatArr
     )
 
 
-def eq13_coefficients(eps_x: ArrayLike, x: float, b: float) -> FloatArray:
+@checked
+def eq13_coefficients(eps_x: ArrayLike, x: Length, b: Length) -> FloatArray:
     """The polynomial (13) multiplied out: coefficients of y^8 down to y^0, as `numpy.roots` takes them.
 
     The first is 2 eps_2 - eps_1 - eps_3, the second -2 b (eps_1 - eps_3): the degree is below 8 where they
@@ -122,19 +124,18 @@ def eq13_coefficients(eps_x: ArrayLike, x: float, b: float) -> FloatArray:
     [3.0, 1.0]
     """
     e = _readings(eps_x)
-    depth, pitch = (_check.scalar(name, value, unit="m", above=0.0) for name, value in (("x", x), ("b", b)))
 
     def plus(t: float) -> FloatArray:  # [x^2 + (y + t)^2]^2
-        square = [depth**2 + t**2, 2 * t, 1.0]
+        square = [x**2 + t**2, 2 * t, 1.0]
         return np.asarray(polynomial.polymul(square, square))
 
     def minus(t: float) -> list[float]:  # x^2 - (y + t)^2
-        return [depth**2 - t**2, -2 * t, -1.0]
+        return [x**2 - t**2, -2 * t, -1.0]
 
     def product(t: float, u: float, v: float) -> FloatArray:
         return np.asarray(polynomial.polymul(plus(t), polynomial.polymul(minus(u), minus(v))))
 
-    terms = (-product(pitch, 0.0, -pitch), 2 * product(0.0, -pitch, pitch), -product(-pitch, 0.0, pitch))
+    terms = (-product(b, 0.0, -b), 2 * product(0.0, -b, b), -product(-b, 0.0, b))
     return np.asarray((e @ np.stack(terms))[..., ::-1])
 
 

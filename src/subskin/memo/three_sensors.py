@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Length, Real, checked
 from .._frozen import Frozen
 from ..errors import GeometryError
 from ..material import Material
@@ -147,16 +148,17 @@ class ThreeSensorSolution:
         return any(note.kind is kind for note in self.notes)
 
 
+@checked
 def three_sensor(
     readings: npt.ArrayLike,
-    y: npt.ArrayLike,
-    depth: float,
+    y: Annotated[npt.ArrayLike, Real("m")],
+    depth: Length,
     *,
     young: float,
     poisson: float = 0.5,
     plane: Literal["strain", "stress"] = "strain",
-    friction: float = 1.0,
-    tolerance: float = 1e-12,
+    friction: Annotated[float, Real(at_least=0.0)] = 1.0,
+    tolerance: Annotated[float, Real(at_least=0.0, at_most=0.1, fix="1e-3 for readings good to 0.1 %")] = 1e-12,
 ) -> ThreeSensorSolution:
     """Every line load that explains three readings of normal strain in a half plane.
 
@@ -225,22 +227,17 @@ def three_sensor(
 
     The readings before rounding belong to a load 2 pi/3 at 1.5 and -22.5 degrees.
     """
-    eps, positions = _check.read_only(np.array(_check.readings(readings))), _check.real("y", y, unit="m")
+    eps, positions = _check.read_only(np.array(_check.readings(readings))), np.asarray(y)
     _check.real("readings", np.where(np.isfinite(eps), 0.0, eps))  # finite, be they beyond all sensors
     for name, values in (("readings", eps), ("y", positions)):
         if values.shape != (3,):
             raise GeometryError(f"{name} of shape {values.shape}", "three sensors are needed", "see Finger.locate")
     if np.unique(positions).size < 3:
         raise GeometryError(f"y = {positions.tolist()}", "the three positions have to differ", "y=[-1e-3, 0, 1e-3]")
-    x = _check.scalar("depth", depth, unit="m", above=0.0)
     skin = Material(young, poisson)
-    _check.choice("plane", plane, ("strain", "stress"))
-    mu = _check.scalar("friction", friction, at_least=0.0)
-    tol = _check.scalar("tolerance", tolerance, at_least=0.0, at_most=0.1, fix="1e-3 for readings good to 0.1 %")
-
     order = np.argsort(positions)
     middle = float(positions[order[1]])
-    s = (positions[order] - middle) / x
+    s = (positions[order] - middle) / depth
     nu = skin.poisson
     kappa, factor = (nu / (1 - nu), 1 - nu**2) if plane == "strain" else (nu, 1.0)
     scale = float(np.abs(eps).max())
@@ -251,17 +248,17 @@ def three_sensor(
         text = "nothing touches the skin, or nothing that these sensors feel"
         return ThreeSensorSolution((), -1, (*notes, Note(Degeneracy.NO_CONTACT, text)))
 
-    found, degree = real_roots(determinant, tol)
-    model = _Model(s, e, kappa, 2 * factor / np.pi, determinant.blind_pairs, middle, x, scale, skin.young * x)
+    found, degree = real_roots(determinant, tolerance)
+    model = _Model(s, e, kappa, 2 * factor / np.pi, determinant.blind_pairs, middle, depth, scale, skin.young * depth)
     roots: list[Root] = []
     nominal = 8 if kappa > 0 else 4
     if degree < nominal:
         notes.append(Note(Degeneracy.DEGREE_DROPS, _degree_text(degree, nominal)))
     for item in _with_blind_positions(found, determinant.blind_pairs):
-        root, note = model.root(item, mu)
+        root, note = model.root(item, friction)
         roots.append(root)
         if note is None and item.multiplicity > 1 and root.verdict is not Verdict.NOT_A_SOLUTION:
-            note = _double_root_note(root, item, s, tol)
+            note = _double_root_note(root, item, s, tolerance)
         notes.extend([] if note is None else [note])
     return ThreeSensorSolution(tuple(roots), degree, tuple(notes))
 

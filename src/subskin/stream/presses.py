@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._declared import Fix, Noun, Real
+from .._declared import Fix, Noun, Real, checked
 from .._frozen import Frozen
 from .._shown import Tabled, span
 from ..errors import GeometryError, InvalidValueError
@@ -136,13 +136,14 @@ class Presses(Tabled, Frozen):
         return [*told, ("readings", span(self.reading)), ("std. error", span(self.std))]
 
 
+@checked
 def segment(
     readings: npt.ArrayLike,
     time: npt.ArrayLike,
     *,
-    position: npt.ArrayLike | None = None,
-    press: npt.ArrayLike | None = None,
-    force: npt.ArrayLike | None = None,
+    position: Annotated[npt.ArrayLike, Real("m")] | None = None,
+    press: Annotated[npt.ArrayLike, Real("m")] | None = None,
+    force: Annotated[npt.ArrayLike, Real("N/m")] | None = None,
     early: float = 0.4,
     before: float = 0.3,
     hold: float = 0.5,
@@ -198,11 +199,8 @@ def segment(
         seen = f"readings of shape {readings.shape}"
         raise GeometryError(seen, "one frame a row, one sensor a column", "shape (frames, sensors)")
     data, seconds = in_order(readings, time)
-    tracks = {
-        name: _check.real(name, values, unit=unit)
-        for name, values, unit in (("position", position, "m"), ("press", press, "m"), ("force", force, "N/m"))
-        if values is not None
-    }
+    given = {"position": position, "press": press, "force": force}
+    tracks = {name: np.asarray(values) for name, values in given.items() if values is not None}
     for name, values in tracks.items():
         if values.shape != data.shape[:1] and not (name == "position" and values.shape == (len(data), 2)):
             seen = f"{name} of shape {values.shape}"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._declared import Noun, Real
+from .._declared import Noun, Real, Whole, checked
 from .._frozen import Frozen, Result
 from ..errors import GeometryError
 from .stage import Stage, check_state, in_order, join, some_of
@@ -105,7 +105,8 @@ class Relaxation(Noun):
         """The stage that does what `undo` does, and says how far each reading is in doubt."""
         return Relaxing(self, backwards=True, doubted=True)
 
-    def of_sensors(self, count: int) -> tuple[FloatArray, FloatArray]:
+    @checked
+    def of_sensors(self, count: Annotated[int, Whole(1, 10**9, "count=8")]) -> tuple[FloatArray, FloatArray]:
         """Shares (k, n) and doubts (n,) of so many sensors.
 
         Parameters
@@ -118,7 +119,6 @@ class Relaxation(Noun):
         InvalidValueError, GeometryError
             What is no number of sensors; another number of them, or of readings at rest.
         """
-        count = _check.whole("count", count, at_least=1, at_most=10**9, fix="count=8")
         share = np.asarray(self.share)
         wide = share[:, None] if share.ndim == 1 else share
         given = (("share", wide.shape[1]), ("rest", np.asarray(self.rest).size), ("doubt", np.asarray(self.doubt).size))

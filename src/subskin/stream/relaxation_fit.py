@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._declared import Real, Whole, checked
 from .._frozen import Frozen
 from ..errors import ConvergenceError, GeometryError, InvalidValueError
 from .relaxation import Relaxation
@@ -18,7 +19,6 @@ from .stage import in_order
 
 __all__ = ["RelaxationFit", "fit_relaxation"]
 
-_TERMS = (1, 2, 3)
 _FEWEST = 5  # frames of a held stretch
 _SAME, _SIGMA = 0.1, 4.0
 """Sensors share a kernel where each one's amount is within this of 1, or within so many standard errors."""
@@ -63,12 +63,13 @@ class RelaxationFit(Frozen):
         return bool((np.abs(self.scale - 1)[told] <= np.maximum(_SAME, _SIGMA * self.scale_std[told])).all())
 
 
+@checked
 def fit_relaxation(
     readings: npt.ArrayLike,
     time: npt.ArrayLike,
-    held: npt.ArrayLike,
+    held: Annotated[npt.ArrayLike, Real("s")],
     *,
-    terms: int = 2,
+    terms: Annotated[int, Whole(1, 3, "terms=2")] = 2,
     rest: npt.ArrayLike | None = None,
     free: npt.ArrayLike | None = None,
 ) -> RelaxationFit:
@@ -118,9 +119,8 @@ def fit_relaxation(
     >>> found.relaxation.share.round(3).tolist(), found.relaxation.time.round(2).tolist(), found.common
     ([0.15], [1.5], True)
     """
-    terms = _check.whole("terms", terms, at_least=min(_TERMS), at_most=max(_TERMS), fix="terms=2")
     data, clock = in_order(readings, time)
-    ends = _check.real("held", held, unit="s")
+    ends = np.asarray(held)
     if data.ndim != 2 or ends.ndim != 2 or ends.shape[1] != 2 or not len(ends):
         seen, rule = f"readings of shape {data.shape}, held of shape {ends.shape}", "(m, n) and (k, 2) are needed"
         raise GeometryError(seen, rule, "readings of shape (frames, sensors), held=[(1.0, 3.0)]")

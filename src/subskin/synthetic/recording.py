@@ -18,7 +18,7 @@ from .._frozen import Frozen
 from .._tasks import Executor, run_tasks
 from ..contact import Contact, LineLoad, LocalContact
 from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger, finger_needed
+from ..finger import Finger
 from ..stream.relaxation import Relaxation
 
 __all__ = ["Recording", "measured", "simulate_readings", "simulate_recording"]
@@ -27,10 +27,11 @@ _BLOCK = 5000
 """Loads in a piece: the same for one process and for many, so that the numbers are the same to the last bit."""
 
 
+@checked
 def simulate_readings(
     finger: Finger,
     contact: Callable[..., Contact | LocalContact],
-    loads: Mapping[str, npt.ArrayLike],
+    loads: Annotated[Mapping[str, npt.ArrayLike], Fix('loads={"force": np.full(1000, 40.0)}')],
     *,
     rng: np.random.Generator | None = None,
     executor: Executor | None = None,
@@ -75,12 +76,6 @@ def simulate_readings(
     >>> simulate_readings(finger, ss.LineLoad, loads).shape
     (1000, 4)
     """
-    finger_needed(finger)
-    if not isinstance(loads, Mapping):
-        fix = 'loads={"force": np.full(1000, 40.0)}'
-        raise InvalidValueError(f"loads = {_check.shown(loads)}", "arrays by the names of parameters are needed", fix)
-    if progress is not None and not callable(progress):
-        raise InvalidValueError(f"progress = {_check.shown(progress)}", "a function is needed", "progress=None")
     each = {name: _check.real(name, values) for name, values in loads.items()}
     lengths = {values.shape[:1] for values in each.values()}
     if len(lengths) != 1 or () in lengths:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ..._declared import Fix, Noun, Whole
+from ..._declared import Fix, Length, Noun, Positive, Whole, checked
 from ...errors import GeometryError, InvalidValueError
 from ...lattice import even_grid
 from ...transducer import Transducer
@@ -21,6 +21,7 @@ __all__ = ["PATTERNS", "Arrangement", "Channel", "channels_of", "layouts"]
 Pattern = Literal["row", "grid", "hexagonal", "free"]
 PATTERNS: tuple[Pattern, ...] = ("row", "grid", "hexagonal")
 """Those that a pitch makes positions of."""
+_Names: TypeAlias = Annotated[Iterable[str], Fix('patterns=("grid",)')]
 _MOST_POSITIONS = 1000
 _SLENDER = 2.0
 """A layout's sides may be so much more, or less, slender than those of the area it is for."""
@@ -124,7 +125,8 @@ class Arrangement(Noun):
         """Sides along y and z of what holds them, in pitches, shape (2,)."""
         return np.asarray(np.ptp(self.unit, axis=0))
 
-    def points(self, pitch: float, centre: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
+    @checked
+    def points(self, pitch: Length, centre: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
         """Positions (y, z) [m], shape (count, 2).
 
         Parameters
@@ -142,7 +144,7 @@ class Arrangement(Noun):
         middle = _check.real("centre", centre, unit="m")
         if middle.shape != (2,):
             raise GeometryError(f"centre of shape {middle.shape}", "y and z are needed", "centre=(0.0, 0.0)")
-        return np.asarray(middle + _check.scalar("pitch", pitch, unit="m", above=0.0) * self.unit)
+        return np.asarray(middle + pitch * self.unit)
 
     def colours(self, kinds: int) -> npt.NDArray[np.intp]:
         """Which of so many kinds stands at each position where they take turns, shape (count,).
@@ -181,7 +183,8 @@ def channels_of(layout: Arrangement, kinds: int, together: bool) -> tuple[npt.ND
     return np.arange(layout.count), layout.colours(kinds)
 
 
-def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1.0) -> tuple[Arrangement, ...]:
+@checked
+def layouts(patterns: _Names, counts: tuple[int, int], slender: Positive = 1.0) -> tuple[Arrangement, ...]:
     """Arrangements with so many positions: of each pattern and count that whose sides are nearest to the area's.
 
     Parameters
@@ -206,9 +209,8 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
     """
     ends = _check.pair("counts", counts, "counts=(4, 16)")
     low, high = (_check.whole("counts", n, at_least=1, at_most=_MOST_POSITIONS, fix="counts=(4, 16)") for n in ends)
-    slender = _check.scalar("slender", slender, above=0.0)
     every = []
-    for pattern in _check.several("patterns", patterns, str, 'patterns=("grid",)'):
+    for pattern in patterns:
         if pattern == "row":
             every += [Arrangement("row", (n,)) for n in range(low, high + 1)]
         elif pattern == "grid":
