@@ -152,11 +152,6 @@ class BlindCalibration(Fitted):
             Index of one of `parameters`.
         std : float
             Standard deviation that is wanted, in its units of the parameter.
-
-        Raises
-        ------
-        InvalidValueError
-            No such parameter, a `std` that is not > 0.
         """
         parameter = _check.whole(
             "parameter", parameter, at_least=0, at_most=len(self.parameters) - 1, fix="parameter=0"
@@ -173,13 +168,7 @@ class BlindCalibration(Fitted):
 
     @checked
     def touches_for_ratio(self, ratio: Annotated[float, Real(above=1.0)] = 1.3) -> float:
-        """How many touches of this kind, in all, until both of `error_ratio` are at most `ratio`.
-
-        Raises
-        ------
-        InvalidValueError
-            A ratio that is not > 1, which no number of touches reaches.
-        """
+        """How many touches of this kind, in all, until both of `error_ratio` are at most `ratio`."""
         return self._learning.touches_for_ratio(ratio)
 
     @property

@@ -66,11 +66,6 @@ def friction_arm(contact: str = "hertz") -> float:
     contact : {"hertz", "punch", "wedge"}, optional
         The pressure of a round body, of a flat disc, or of a cone.
 
-    Raises
-    ------
-    InvalidValueError
-        Another contact.
-
     Examples
     --------
     >>> from subskin.decide import friction_arm
@@ -91,11 +86,6 @@ def slipping_about(centre: Annotated[npt.ArrayLike, Real(above=0.0)], contact: s
         Distance of that point from the middle, in half widths [-], > 0.
     contact : {"hertz", "punch", "wedge"}, optional
         As in `friction_arm`.
-
-    Raises
-    ------
-    InvalidValueError
-        A distance that is not > 0, another contact.
 
     Examples
     --------

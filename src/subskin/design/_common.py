@@ -60,7 +60,6 @@ def index_of(array: SensorArray, sensor: object) -> int:
 
 def refuse_ridges(skin: Skin, what: str) -> None:
     """Refuses a skin with ridges where a tool takes the skin for the same everywhere."""
-    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
     if skin.ridges is not None:
         fix = "the smooth skin, or finger.read, locate and placement_quality, which know its ridges"
         raise InvalidValueError(f"{what} of {skin}", "it is for a skin that is the same at every position", fix)

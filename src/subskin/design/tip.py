@@ -123,11 +123,6 @@ def tip_map(shape: Shape, kind: str) -> dict[str, FloatArray]:
         `radius` (m,) and `depth` (k,), in thicknesses of the skin, and arrays (m, k): `reading`, `position` [depths],
         `force` and `angle` [rad], as in `TipError`.
 
-    Raises
-    ------
-    InvalidValueError
-        A shape or a kind that the table has not.
-
     Examples
     --------
     >>> tip_map("sphere", "normal_strain")["reading"].shape

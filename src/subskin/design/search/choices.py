@@ -35,11 +35,6 @@ class SensorKind(Noun):
         Largest magnitude that it can read [unit of the transducer].
     resolution : float, optional
         Step to which a reading is rounded [unit of the transducer]; its rounding error adds to the noise.
-
-    Raises
-    ------
-    InvalidValueError
-        What is no transducer; a value out of range.
     """
 
     name: str
@@ -185,11 +180,6 @@ class Effort(Noun):
         Seed of the touches: the same seed gives the same numbers.
     keep : int, optional
         How many fingers are returned at most.
-
-    Raises
-    ------
-    InvalidValueError
-        What is no whole number, or too small.
     """
 
     depths: Annotated[int, Whole(1, 1000)] = 20
