@@ -139,6 +139,13 @@ class Undone(Frozen):
         As an elastic skin would have read them [reading].
     doubt : ndarray, shape (m, n)
         Standard deviation of each, from what rubber forgets otherwise than the series says [reading].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> second = Undone(readings=np.ones((2, 3)), doubt=np.zeros((2, 3)))
+    >>> Undone.join([second, second]).readings.shape
+    (4, 3)
     """
 
     readings: FloatArray
