@@ -59,7 +59,7 @@ register("numba:compile", _NoSearch())  # type: ignore[no-untyped-call]
 
 
 def compiled(
-    *, inline: bool = False, exact: bool = False, borrows: bool = False, frames: str = ""
+    *, inline: bool = False, exact: bool = False, borrows: bool = False, merged: bool = False, frames: str = ""
 ) -> Callable[[Any], Any]:
     """Compile a function with Numba, without the interpreter's lock, and keep the result on disk.
 
@@ -76,6 +76,8 @@ def compiled(
         Of a function that makes no array and returns none: do not count who holds those it is given, or parts of them.
         Counting took half the time of a loop that cuts a dozen parts a frame. An array that it returned would be given
         back twice.
+    merged : bool, optional
+        Put its machine code in place of each call, which the compiler else decides by its length.
     frames : str, optional
         Of a loop over frames: the argument whose first axis they are. As long as nothing was kept, the first 16 of
         them go in plain Python, and agree with the compiled ones to rounding.
@@ -92,10 +94,11 @@ def compiled(
             return function
         options: dict[str, Any] = {"fastmath": _ORDERED if exact else _FAST, "inline": "always" if inline else "never"}
         options["no_cfunc_wrapper"] = True  # nothing calls them from C
+        options["forceinline"] = merged
         if borrows:
             options["_nrt"] = False
         loop: Any = nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
-        _STAMPS[function], function.compiled_with = None, (inline, exact, borrows)
+        _STAMPS[function], function.compiled_with = None, (inline, exact, borrows, merged)
         if (kept := _kept(loop)) is not None:
             kept.__class__, kept.function = _Kept, function
         if frames:

@@ -246,7 +246,7 @@ def test_made_loops_are_kept_until_what_they_are_made_of_changes(tmp_path):
 
     assert told() == ["3.0", "0", "1"]
     assert told() == ["3.0", "1", "0"]
-    change = "import subskin.estimate.varpro as v; v._TEMPLATE = v._TEMPLATE.replace('taken = 0.0', 'taken = 0.1');"
+    change = "import subskin.estimate._template as v; v._TEMPLATE = v._TEMPLATE.replace('taken = 0.0', 'taken = 0.1');"
     assert told(change) == ["3.0", "0", "1"]
     file.write_text(MODULE.replace("np.cos(i * at.y), -i", "0.5 * np.cos(i * at.y), -0.5 * i"))
     assert told() == ["6.0", "0", "1"]

@@ -56,22 +56,38 @@ class Wide(NamedTuple):
     sums: npt.NDArray[np.float64]
 
 
+@compiled(inline=True)
+def line_at(model, at):
+    """The cell of a `Line` in which `at` lies, where in it, and how much of it a length is."""
+    position = (at.y - model.start) / model.step
+    cell = min(max(int(position), 0), model.table.shape[0] - 1)
+    return cell, position - cell - 0.5, 1.0 / model.step
+
+
+@compiled(inline=True)
+def line_read(model, place, i):
+    """A_N and A_T of sensor i, their slopes and their second slopes in y."""
+    cell, t, d1 = place
+    table, d2 = model.table, d1 * d1
+    n0, n1, n2, n3, n4 = (
+        table[cell, 0, 0, i], table[cell, 1, 0, i], table[cell, 2, 0, i], table[cell, 3, 0, i], table[cell, 4, 0, i]
+    )  # fmt: skip
+    t0, t1, t2, t3, t4 = (
+        table[cell, 0, 1, i], table[cell, 1, 1, i], table[cell, 2, 1, i], table[cell, 3, 1, i], table[cell, 4, 1, i]
+    )  # fmt: skip
+    return (
+        n0 + t * (n1 + t * (n2 + t * (n3 + t * n4))), t0 + t * (t1 + t * (t2 + t * (t3 + t * t4))),
+        d1 * (n1 + t * (2 * n2 + t * (3 * n3 + t * (4 * n4)))), d1 * (t1 + t * (2 * t2 + t * (3 * t3 + t * (4 * t4)))),
+        d2 * (2 * n2 + t * (6 * n3 + t * (12 * n4))), d2 * (2 * t2 + t * (6 * t3 + t * (12 * t4))),
+    )  # fmt: skip
+
+
 @compiled(borrows=True)
 def line_field(model, at):
-    """A_N and A_T at `at`, their slopes and their second slopes in y, into the rows of a `Line`."""
-    table, a = model.table, model.rows
-    cells, _, _, n = table.shape
-    position = (at.y - model.start) / model.step
-    cell = min(max(int(position), 0), cells - 1)
-    t = position - cell - 0.5
-    d1 = 1.0 / model.step
-    d2 = d1 * d1
-    for i in range(n):
-        for k in range(2):
-            c1, c2, c3, c4 = table[cell, 1, k, i], table[cell, 2, k, i], table[cell, 3, k, i], table[cell, 4, k, i]
-            a[k, i] = table[cell, 0, k, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
-            a[2 + k, i] = d1 * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
-            a[4 + k, i] = d2 * (2 * c2 + t * (6 * c3 + t * (12 * c4)))
+    """The same of all sensors, into the rows of a `Line`."""
+    a, place = model.rows, line_at(model, at)
+    for i in range(a.shape[1]):
+        a[0, i], a[1, i], a[2, i], a[3, i], a[4, i], a[LINE_ROWS - 1, i] = line_read(model, place, i)
 
 
 @compiled(borrows=True)
@@ -127,7 +143,8 @@ def wide_field(model, at):
 _YY, _YQ, _QQ = 6, 8, 10
 """Rows of the second slopes in y and q."""
 
-_LINE, _WIDE = kernel(Along, line_field, 2, bent=True), kernel(Across, wide_field, 2, bent=True)
+_LINE = kernel(Along, None, 2, bent=True, read=line_read, where=line_at)
+_WIDE = kernel(Across, wide_field, 2, bent=True)
 LINE_FIT, climb_line, line_covariance = _LINE.fit, _LINE.climb, _LINE.covariance
 WIDE_FIT, climb_wide, wide_covariance = _WIDE.fit, _WIDE.climb, _WIDE.covariance
 project_wide, wide_slopes, wide_information = _WIDE.project, _WIDE.slopes, _WIDE.information

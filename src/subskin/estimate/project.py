@@ -21,8 +21,9 @@ from .kinds import (
     LINE_ROWS,
     WIDE_FIT,
     Along,
+    line_at,
     line_covariance,
-    line_field,
+    line_read,
     modelled,
     top_from,
     until,
@@ -161,10 +162,10 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
 @compiled()
 def _left(w, model, fit):
     """Chi-square of a line load: squares of what it leaves, exact however much it explains."""
-    line_field(model, Along(fit.y))
-    a, left = model.rows, 0.0
+    place, left = line_at(model, Along(fit.y)), 0.0
     for i in range(w.size):
-        rest = w[i] - a[0, i] * fit.n - a[1, i] * fit.t
+        normal, tangential, _, _, _, _ = line_read(model, place, i)
+        rest = w[i] - normal * fit.n - tangential * fit.t
         left += rest * rest
     return left
 

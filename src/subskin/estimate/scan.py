@@ -185,5 +185,5 @@ def _ranked(height, y, q, count, most, score, at):
             at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
         score[rank] = height
         at[rank, 0], at[rank, 1] = y, q
-        count = min(count + 1, most)
+        return min(count + 1, most)
     return count

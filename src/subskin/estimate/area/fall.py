@@ -61,7 +61,7 @@ def beyond_near(v, model, limits, fit, rest):
     slopes(v, model, rest)
     b0 = b1 = b2 = 0.0
     for i in range(v.size):
-        a0, a1, a2, _, _, _, _, _, _ = read(model, i)
+        a0, a1, a2, _, _, _, _, _, _ = read(model, 0, i)
         rho = v[i] - a0 * fit.n - a1 * fit.ty - a2 * fit.tz
         b0 += a0 * rho
         b1 += a1 * rho

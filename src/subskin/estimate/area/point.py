@@ -93,7 +93,7 @@ def coefficients(table, k):
 
 
 @compiled(inline=True)
-def read(model, i):
+def read(model, _, i):
     """What sensor i reads under N, Ty and Tz, and the slopes of that in y and in z: of f and g, or of any harmonics."""
     rows = model.rows
     if model.terms.shape[0] == 0:
