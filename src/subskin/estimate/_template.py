@@ -14,7 +14,7 @@ def where(model, at):
     return 0
 
 
-def read(model, place, i):
+def read(model, here, i):
     rows = model.rows
     return (
         rows[{k.at}, i],  #: for k in F
@@ -25,7 +25,7 @@ def read(model, place, i):
 
 def project(w, model, cone, at, fit):
     field(model, at)  #: for _ in FIELD
-    place = where(model, at)
+    here = where(model, at)
     rows = model.rows  #: for t in T
     g_{k|l} = 0.0  #: for k, l in FF
     b_{k} = 0.0  #: for k in F
@@ -34,7 +34,7 @@ def project(w, model, cone, at, fit):
             v_{k},  #: for k in F
             d_{p}_{k},  #: for p in P for k in F
             r_{p|q}_{k},  #: for p, q in SECOND for k in F
-        ) = read(model, place, i)
+        ) = read(model, here, i)
         g_{k|l} += v_{k} * v_{l}  #: for k, l in FF
         b_{k} += v_{k} * w[i]  #: for k in F
     taken = 0.0
@@ -74,7 +74,7 @@ def slopes(w, model, fit):
     at = At(
         fit.{p},  #: for p in P
     )
-    place = where(model, at)
+    here = where(model, at)
     rows = model.rows  #: for t in T
     left = 0.0
     by_{p} = 0.0  #: for p in P
@@ -89,7 +89,7 @@ def slopes(w, model, fit):
             v_{k},  #: for k in F
             d_{p}_{k},  #: for p in P for k in F
             r_{p|q}_{k},  #: for p, q in SECOND for k in F
-        ) = read(model, place, i)
+        ) = read(model, here, i)
         rho = w[i]
         rho -= v_{k} * f_{k}  #: for k in F
         rho -= rows[{k.at}, i] * f_{k}  #: for k in T

@@ -65,9 +65,9 @@ def line_at(model, at):
 
 
 @compiled(inline=True)
-def line_read(model, place, i):
+def line_read(model, here, i):
     """A_N and A_T of sensor i, their slopes and their second slopes in y."""
-    cell, t, d1 = place
+    cell, t, d1 = here
     table, d2 = model.table, d1 * d1
     n0, n1, n2, n3, n4 = (
         table[cell, 0, 0, i], table[cell, 1, 0, i], table[cell, 2, 0, i], table[cell, 3, 0, i], table[cell, 4, 0, i]
@@ -85,9 +85,9 @@ def line_read(model, place, i):
 @compiled(borrows=True)
 def line_field(model, at):
     """The same of all sensors, into the rows of a `Line`."""
-    a, place = model.rows, line_at(model, at)
+    a, here = model.rows, line_at(model, at)
     for i in range(a.shape[1]):
-        a[0, i], a[1, i], a[2, i], a[3, i], a[4, i], a[LINE_ROWS - 1, i] = line_read(model, place, i)
+        a[0, i], a[1, i], a[2, i], a[3, i], a[4, i], a[LINE_ROWS - 1, i] = line_read(model, here, i)
 
 
 @compiled(borrows=True)

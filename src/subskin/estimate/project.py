@@ -162,9 +162,9 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
 @compiled()
 def _left(w, model, fit):
     """Chi-square of a line load: squares of what it leaves, exact however much it explains."""
-    place, left = line_at(model, Along(fit.y)), 0.0
+    here, left = line_at(model, Along(fit.y)), 0.0
     for i in range(w.size):
-        normal, tangential, _, _, _, _ = line_read(model, place, i)
+        normal, tangential, _, _, _, _ = line_read(model, here, i)
         rest = w[i] - normal * fit.n - tangential * fit.t
         left += rest * rest
     return left

@@ -152,11 +152,11 @@ def kernel(
     bent : bool, optional
         Whether the field gives second slopes.
     read : callable, optional
-        A compiled function `read(model, place, i)`, put in place of its calls, that gives the readings of sensor i
+        A compiled function `read(model, here, i)`, put in place of its calls, that gives the readings of sensor i
         under each component, their slopes and second slopes, in the order of the rows, where a field has these in fewer
         numbers or there is none.
     where : callable, optional
-        A compiled function `where(model, at)`, put in place of its calls, that gives the `place` for `read`.
+        A compiled function `where(model, at)`, put in place of its calls, that gives what is `here` for `read`.
     looks : bool, optional
         Whether a climb looks where its last step ends if something binds the components; else it stays where it is.
     longest : float, optional
