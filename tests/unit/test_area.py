@@ -81,7 +81,7 @@ def test_compiled_columns_and_slopes_are_those_of_the_table(transducer, by_serie
     for y, z in np.random.default_rng(0).uniform(-4 * D, 4 * D, (20, 2)):
         model = PointModel(sensors, first, cubics.reshape(len(cubics) * cells, -1), terms, a, a.view(np.int64))
         point_field.py_func(model, Point(y, z))
-        columns, by_y, by_z = np.array([read.py_func(model, i) for i in range(9)]).T.reshape(3, 3, 9)
+        columns, by_y, by_z = np.array([read.py_func(model, 0, i) for i in range(9)]).T.reshape(3, 3, 9)
         size = np.abs(table(np.zeros(2))).max()
         assert np.abs(columns.T - table((y, z))).max() < 10 * error * size
         for slope, step in ((by_y, (h, 0.0)), (by_z, (0.0, h))):
