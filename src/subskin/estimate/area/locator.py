@@ -205,8 +205,7 @@ class AreaLocator(LocalLocator):
             far, held = far_from(seen, box, box + self._beyond * np.array([-1.0, 1.0]), rest, 1.0)
         begin, members = nodes_of(held, beyond.nodes[:, :2])
         beyond, ring = beyond._replace(held=begin, members=members), ring._replace(once=1)
-        least = least_told_apart(seen)
-        settings = self._settings(array, response, error, least if least < _ALIKE else np.inf)
+        settings = self._settings(array, response, error, least_told_apart(seen, _ALIKE))
         return sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
 
     def _settings(self, array: SensorArray, response: RadialResponse, error: float, told: float = np.inf) -> Settings:

@@ -253,22 +253,28 @@ def _share(finger: Finger, response: RoundResponse, moment: RoundResponse) -> fl
     return best
 
 
-def least_told_apart(seen: Seen) -> float:
-    """The least share of a load's squared readings that no load about half a depth away explains.
+def least_told_apart(seen: Seen, most: float) -> float:
+    """The least share of a load's squared readings that no load about half a depth away explains; infinite over `most`.
 
     Loads press, and lie within the cone of friction.
     """
     low, high = seen.points.min(axis=0), seen.points.max(axis=0)
     at = np.stack(np.meshgrid(*(low[i] + (high[i] - low[i]) * _OVER for i in (0, 1))), axis=-1).reshape(-1, 2)
     ring = seen.depth * np.concatenate([r * np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1) for r in _AWAY])
-    lean = min(_LEANS, seen.friction)
+    mu, parts = seen.friction, 3 if seen.friction > 0 else 1
+    lean = min(_LEANS, mu)
     forces = np.array([(1, 0, 0), (1, lean, 0), (1, -lean, 0), (1, 0, lean), (1, 0, -lean)])
     felt = forces @ seen(at).swapaxes(1, 2)  # positions, forces, sensors
     near = seen((at[:, None] + ring).reshape(-1, 2)).reshape(len(at), len(ring), seen.sensors, 3)
     gram = near.swapaxes(2, 3) @ near
-    along = np.einsum("prnk,pfn->prfk", near, felt)
-    size, least = (felt**2).sum(axis=2), 1.0
-    for p, r, f in np.ndindex(along.shape[:3]):
-        _, _, _, explained, *_ = eliminate_three(*gram[p, r][np.triu_indices(3)], *along[p, r, f], seen.friction)
-        least = min(least, 1.0 - explained / size[p, f])
-    return float(least)
+    along = np.einsum("prnk,pfn->prfk", near, felt) / np.linalg.norm(felt, axis=2)[:, None, :, None]
+    # what a load that may pull or slide explains is the most
+    inverse = np.linalg.pinv(gram[..., :parts, :parts], hermitian=True)
+    load = (inverse[:, :, None] @ along[..., :parts, None])[..., 0]
+    left = 1.0 - (along[..., :parts] * load).sum(axis=-1)
+    inside = (load[..., 0] >= 0) & (np.linalg.norm(load[..., 1:], axis=-1) <= mu * load[..., 0])
+    least = float(np.min(left, where=inside, initial=most))
+    for p, r, f in np.argwhere((left < least) & ~inside):
+        explained = eliminate_three(*gram[p, r][np.triu_indices(3)], *along[p, r, f], mu)[3]
+        least = min(least, 1.0 - explained)
+    return least if least < most else np.inf
