@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._compiled import compiled
-from ..._lanes import EIGHT, answers, one_of
+from ..._lanes import EIGHT, alike, answers, one_of
 from ..cone import eliminate_three
 from ..varpro import Ending, Limits
 from .fall import widest_variance
@@ -70,7 +70,7 @@ class Settings(NamedTuple):
 class Beyond(NamedTuple):
     """What lies at the sides of the search and beyond: four boxes, their nodes (nodes, 4), and the tiles of these.
 
-    held, members: the nodes of each region, as of `far.nodes_of`.
+    held, members: the nodes of each region, as of `far.nodes_of`, or of each sensor.
     """
 
     tiles: Tiles
@@ -278,33 +278,32 @@ def beside(w, search, room, best, second, spread):
 def best_beyond(single, n, beyond, t, kept, lane, mu, tried, top, best):
     """The best node of each box beyond the search, where S may be larger than `top`, which is raised to what it is.
 
-    Nodes of tile t are looked at, of the regions that are kept of the frame in `lane` (`far.regions_left`), and those
-    that stand in one eight with them. top, best (4,): what S is at most near a box's best node, and which node that is;
-    tried (nodes / 8,): scratch.
+    Nodes of tile t are looked at, of the regions that are kept of the frame in `lane` (`far.regions_left`). top, best
+    (4,): what S is at most near a box's best node, and which node that is; tried (nodes,): scratch.
     """
     tiles, nodes, held = beyond.tiles, beyond.nodes, beyond.held
     index, basis, shapes = tiles.table, tiles.basis, tiles.shapes
-    padded, m, count, first = index[t, COUNT], index[t, NODES], index[t, STRIDE], int(tiles.origin[t, 0])
-    for p in range(m // EIGHT):
+    padded, m, first, begin = index[t, COUNT], index[t, NODES], int(tiles.origin[t, 0]), -EIGHT
+    c0, c1, c2 = alike(np.float32(0)), alike(np.float32(0)), alike(np.float32(0))
+    for p in range(m):
         tried[p] = np.float32(0)
     for r in range(kept.shape[0]):
         i = kept[r, 0]
         for e in range(held[i], held[i + 1] if (kept[r, 1] >> lane) & 1 else held[i]):
-            block = beyond.members[e] // EIGHT
-            if tried[block] > 0:
+            p = beyond.members[e]
+            if tried[p] > 0:
                 continue
-            tried[block], begin = np.float32(1), EIGHT * block
-            c0, c1, c2 = shares_of_eight(single, n, basis, index[t, BASIS] + 3 * padded * begin)
-            squares = c0 * c0 + c1 * c1 + c2 * c2
-            for k in range(min(EIGHT, count - begin)):
-                p = begin + k
-                b, share = int(nodes[first + p, 2]), nodes[first + p, 3]
-                if one_of(squares, k) < share * top[b]:
-                    continue  # not even a load that pulls, at most nodes of most frames
-                s0, s1, s2 = one_of(c0, k), one_of(c1, k), one_of(c2, k)
-                explained = at_node(shapes, index[t, SHAPES] + p, m, s0, s1, s2, mu)
-                if explained >= share * top[b]:
-                    top[b], best[b] = explained / share, float(first + p)
+            tried[p] = np.float32(1)
+            if not begin <= p < begin + EIGHT:  # nodes of a region stand side by side
+                begin = p - p % EIGHT
+                c0, c1, c2 = shares_of_eight(single, n, basis, index[t, BASIS] + 3 * padded * begin)
+            b, share = int(nodes[first + p, 2]), nodes[first + p, 3]
+            s0, s1, s2 = one_of(c0, p - begin), one_of(c1, p - begin), one_of(c2, p - begin)
+            if s0 * s0 + s1 * s1 + s2 * s2 < share * top[b]:
+                continue  # not even a load that pulls, at most nodes of most frames
+            explained = at_node(shapes, index[t, SHAPES] + p, m, s0, s1, s2, mu)
+            if explained >= share * top[b]:
+                top[b], best[b] = explained / share, float(first + p)
 
 
 @compiled(borrows=True)

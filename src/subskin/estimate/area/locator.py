@@ -26,7 +26,7 @@ from .observable import least_told_apart
 from .point import PointModel, laid_out, model_of
 from .round_contact import tables_of
 from .round_project import RoundSearch
-from .tiles import COUNT, NEAR, NODES, STRIDE, Seen, Tiles, boxes_beyond, nodes_beyond, tiles_of
+from .tiles import COUNT, NEAR, NODES, STRIDE, Seen, Tiles, boxes_beyond, nodes_beyond, nodes_of_sensors, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator", "LocalLocator", "RoundLocator"]
 
@@ -254,7 +254,6 @@ class AreaLocator(LocalLocator):
         finest = float(np.sqrt(3 * seen[0].sensors * np.ptp(box, axis=1).prod() / _MOST_FINE))
         tiles = tiles_of(seen, box, self._step, max(self._step / _FINER, finest), inner)
         outer, nodes = nodes_beyond(far, boxes)
-        count = len(nodes) // len(far)
         widest = max(int(t.table[:, NODES].max()) for t in (tiles, outer))
         sizes = np.array([widest, int(tiles.table[:, STRIDE].max()) + 2])
         # the sensors near each tile, and one that reads nothing
@@ -264,7 +263,8 @@ class AreaLocator(LocalLocator):
             sensors=np.concatenate([every[:, near].reshape(-1) for near in parts]),
             first=np.concatenate([np.append(kinds[near], model.first[-1]) for near in parts]),
         )
-        return tiles, Beyond(outer, nodes, boxes, np.array([0, count]), np.arange(count)), sizes
+        held, members = nodes_of_sensors(far, nodes[: len(nodes) // len(far)])
+        return tiles, Beyond(outer, nodes, boxes, held, members), sizes
 
 
 class RoundLocator(AreaLocator):

@@ -145,7 +145,7 @@ def contact_outside(w, model, limits, beyond, widths, seen, least, mine, room):
             p = int(best[b])
             for k in range(4):
                 only[k] = beyond.boxes[b, k]
-            at = RoundAt(beyond.nodes[p, 0], beyond.nodes[p, 1], widths[p // beyond.members.size])
+            at = RoundAt(beyond.nodes[p, 0], beyond.nodes[p, 1], widths[p // (beyond.nodes.shape[0] // widths.size)])
             climb(w, model, limits, only, at, uphill(0.05), fit, mine.others[1])
             if fit.explained > least:
                 return True

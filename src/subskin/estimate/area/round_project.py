@@ -121,6 +121,7 @@ def _starts(w, search, room, mine, rough):
     if rough:
         hot, top = strongest(single, mine.bits, n)
         tile, most, share = hot if top >= search.settings.strong**2 else n, FEW, 0.25
+    mine.kept[0, 0] = min(tile, n)
     for j in range(widths.size):
         t = tile + j * (n + 2)
         total = taken(single, single, search.tiles, t, c, c)[0]
@@ -177,8 +178,10 @@ def _found(w, v, search, model, room, mine, row):
         count = _climbed(w, model, settings, mine, _starts(w, search, room, mine, attempt == 0), 0)
         best, _ = ranked(tops, count, settings.apart)
         if twists and best >= 0:
+            tile = mine.kept[0, 0]
             _untwisted(w, model, settings.limits, tops[best], mine.others[0], v)
             count = _climbed(w, model, settings, mine, _starts(v, search, room, mine, attempt == 0), count)
+            mine.kept[0, 0] = tile
             best, _ = ranked(tops, count, settings.apart)
         left, bound = total, settings.largest
         if best >= 0:
@@ -360,7 +363,7 @@ def project_round(readings, rows, search, beyond, sizes, out):
     """
     n, (widest, lead) = readings.shape[1], (sizes[0], sizes[1])
     single, kept = np.zeros(n + 1, dtype=np.float32), np.zeros((1, 2), dtype=np.int64)
-    kept[0, 1] = 1  # the one region, of the one frame
+    kept[0, 1] = 1  # the nodes of one sensor, for the one frame
     its_contact, points, tables, squares, far, both, tiles, settings = search
     contact, known = contact_in_room(RoundModel(*its_contact)), named_settings(settings)
     whole = RoundSearch(contact, in_room(points, n), tables, squares, far, both, Tiles(*tiles), known)

@@ -20,7 +20,7 @@ from ...array import SensorArray
 
 __all__ = [
     "BASIS", "COUNT", "NEAR", "NODES", "ROWS", "SHAPES", "STRIDE", "STRONG", "Seen", "Tiles", "boxes_beyond",
-    "nodes_beyond", "orthonormal", "rings_round", "strength", "tiles_of",
+    "nodes_beyond", "nodes_of_sensors", "orthonormal", "rings_round", "strength", "tiles_of",
 ]  # fmt: skip
 
 NEAR, COUNT, BASIS, NODES, SHAPES, ROWS, STRIDE = range(7)
@@ -259,6 +259,13 @@ def nodes_beyond(seen: Sequence[Seen], boxes: FloatArray) -> tuple[Tiles, FloatA
         build.add(fields, np.arange(each.sensors), (1, len(at)), (len(nodes) * len(at), 0.0, 0.0, 0.0))
         nodes.append(np.column_stack([at, which, _shares(each, boxes, fields, which, ring)]))
     return build.done(), np.concatenate(nodes)
+
+
+def nodes_of_sensors(seen: Sequence[Seen], nodes: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Where the nodes of each sensor begin (n + 2,), and these: where it may read a load most; at last all nodes."""
+    hot = np.any([strength(each(nodes[:, :2]), each.friction)[0] >= STRONG**2 for each in seen], axis=0)
+    parts = [*(np.flatnonzero(column) for column in hot.T), np.arange(len(nodes))]
+    return np.cumsum([0, *(len(part) for part in parts)]), np.concatenate(parts)
 
 
 def _shares(
