@@ -8,7 +8,7 @@ import numpy as np
 
 from .._check import FloatArray
 from ..skin import Skin
-from .case import Balance, Case
+from .case import Balance, Case, hats
 from .influence import influence
 
 __all__ = ["touches_beyond"]
@@ -36,7 +36,7 @@ def touches_beyond(skin: Skin, body: Any, case: Case, state: Balance) -> list[Fl
 def _row(skin: Skin, body: Any, case: Case, state: Balance) -> list[FloatArray]:
     wide, low = case.step * case.y.size, case.y[0] - 0.5 * case.step
     h = wide / _PARTS
-    hats = _shared(low + h * np.arange(_PARTS + 1), h, case.y) @ state.pressure * (case.step / h)
+    rough = hats(low + h * np.arange(_PARTS + 1), h, case.y) @ state.pressure * (case.step / h)
     most = min(_FAR_ROW, int(0.5 * skin.period / wide) - 1 if np.isfinite(skin.period) else _FAR_ROW) * _PARTS
     if most < _PARTS:
         return []
@@ -46,7 +46,7 @@ def _row(skin: Skin, body: Any, case: Case, state: Balance) -> list[FloatArray]:
     for side in (-1, 1):
         edge = 0 if side < 0 else _PARTS
         nodes = edge + side * np.arange(most + 1)  # from the window's end outwards, in steps of h
-        moved = rows[np.abs(nodes[:, None] - np.arange(_PARTS + 1))] @ hats
+        moved = rows[np.abs(nodes[:, None] - np.arange(_PARTS + 1))] @ rough
         moved += within[0 if side < 0 else -1] - moved[0]  # the same zero as within the window
         y = low + h * (edge + side * np.linspace(0, most, 16 * most + 1)[1:])
         y = y[(y > body.ends[0]) & (y < body.ends[1])]
@@ -73,7 +73,7 @@ def _area(skin: Skin, body: Any, case: Case, state: Balance) -> list[FloatArray]
         away = (np.abs(y - middle[0])[:, None] > half[0]) | (np.abs(z - middle[1]) > half[1])
         left = np.asarray(case.gap(y[:, None], z)) - state.depth - state.tilt[0] * y[:, None] - state.tilt[1] * z
         if (left[away] < 0).any():  # else the skin, which sinks, cannot touch there
-            shares = [_shared(fine[::2], step, nodes) for fine, nodes in zip((y, z), case.axes, strict=True)]
+            shares = [hats(fine[::2], step, nodes) for fine, nodes in zip((y, z), case.axes, strict=True)]
             rough = shares[0] @ state.pressure @ shares[1].T * (case.cell / step**2)
             between = np.empty(left.shape)
             between[::2, ::2] = sunk = influence(skin, step, (_NODES, _NODES), False).normal(rough)
@@ -85,8 +85,3 @@ def _area(skin: Skin, body: Any, case: Case, state: Balance) -> list[FloatArray]
                 return [np.array([y[at[0]], z[at[1]]])]
         wide *= _WIDER
     return []
-
-
-def _shared(nodes: FloatArray, step: float, at: FloatArray) -> FloatArray:
-    """By how much each of `nodes` stands for what is given at positions, by its distance."""
-    return np.maximum(1 - np.abs(nodes[:, None] - at) / step, 0.0)

@@ -21,7 +21,7 @@ from .._frozen import Frozen
 from ..errors import InvalidValueError
 from .influence import Influence
 
-__all__ = ["Asked", "Balance", "BoolArray", "Case", "Mixer", "along_axes", "asked", "settled"]
+__all__ = ["Asked", "Balance", "BoolArray", "Case", "Mixer", "along_axes", "asked", "hats", "settled"]
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
@@ -214,6 +214,11 @@ class Balance(Frozen):
     def after(self, pressure: int = 0, shear: int = 0) -> tuple[int, int]:
         """The steps, with more of them."""
         return self.steps[0] + pressure, self.steps[1] + shear
+
+
+def hats(nodes: FloatArray, step: float, at: FloatArray) -> FloatArray:
+    """By how much each of `nodes`, `step` apart, stands for what is given at other positions (nodes, at)."""
+    return np.maximum(1 - np.abs(nodes[:, None] - at) / step, 0.0)
 
 
 Pressure: TypeAlias = Callable[[Case, Balance, FloatArray], Balance]

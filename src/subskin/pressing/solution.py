@@ -16,7 +16,7 @@ from .._frozen import Frozen
 from ..contact import PressureGrid, PressureProfile
 from ..skin import Skin
 from .body import LocalIndenter
-from .case import Balance, BoolArray, Case
+from .case import Balance, BoolArray, Case, hats
 from .certificate import Certificate, certify, displaced
 from .indenter import Indenter
 from .influence import influence
@@ -315,8 +315,7 @@ class LocalSolution(Solution[FloatArray]):
         for at in (full.nodes_y, full.nodes_z):
             size = int(np.ceil((at[-1] - at[0]) / wide - 1e-9)) + 3  # a border of zeros
             axes.append(0.5 * (at[0] + at[-1]) + wide * (np.arange(size) - 0.5 * (size - 1)))
-            away = np.abs(axes[-1][:, None] - at) / wide
-            shares.append(np.maximum(1 - away, 0.0) * (self.case.step / wide))
+            shares.append(hats(axes[-1], wide, at) * (self.case.step / wide))
         maps = [full.node_pressure, full.node_shear[..., 0], full.node_shear[..., 1]]
         p, a, b = (shares[0] @ one @ shares[1].T for one in maps)
         return PressureGrid(axes[0], axes[1], p, np.stack([a, b], axis=-1) if self.friction is not None else None)

@@ -10,6 +10,7 @@ from .. import _check
 from .._check import FloatArray
 from ..contact import PressureProfile
 from ..errors import InvalidValueError, SingularPointWarning
+from .case import hats
 from .certificate import Certificate
 from .scanned import Profile
 from .solution import ContactSolution, LocalSolution, PressStatus
@@ -139,11 +140,5 @@ def _thinned(pressed: ContactSolution, low: float, high: float) -> PressureProfi
     step = pressed.case.step
     wide = max((high - low) / (_NODES - 2), step)
     nodes = np.arange(low - wide, high + 1.5 * wide, wide)
-    parts = []
-    for values in (pressed.pressure, pressed.shear):
-        share = (pressed.y - nodes[0]) / wide
-        at = np.clip(np.floor(share).astype(np.intp), 0, nodes.size - 2)
-        part = np.clip(share - at, 0.0, 1.0)
-        total = np.bincount(at, values * (1 - part), nodes.size) + np.bincount(at + 1, values * part, nodes.size)
-        parts.append(total * step / wide)
-    return PressureProfile(nodes, *parts)
+    shares = hats(nodes, wide, pressed.y) * (step / wide)
+    return PressureProfile(nodes, shares @ pressed.pressure, shares @ pressed.shear)
