@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._check import FloatArray
 from .bounded import solved
-from .case import Balance, BoolArray, Case, settled
+from .case import Answered, Balance, BoolArray, Case, settled
 from .descent import Part, Problem
 from .influence import Influence
 
@@ -42,7 +43,7 @@ def equilibrium(case: Case, start: Balance | None = None) -> Balance:
             steps=(0, 0),
             rough=coarse,
         )
-    return settled(case, _first(case) if start is None else start, _normal, _tangential)
+    return settled(case, _first(case) if start is None else start, _solved)
 
 
 def _coarser(case: Case) -> Case:
@@ -59,69 +60,29 @@ def _coarser(case: Case) -> Case:
     )
 
 
-def _tangential(case: Case, state: Balance) -> Balance:
-    """The shear within what friction holds, the pressure being what it is."""
-    load, op, p = case.load, case.influence, state.pressure
-    mu = float(load.friction or 0.0)
-    held, touch = mu * p, p > 0
-    if not mu:
-        return replace(state, shear=np.zeros((2, *p.shape)))
-    w = op.dragged(p) - case.shift
-    targets, given = np.full(3, np.nan), np.zeros(3)
-    if load.slide is None:
-        targets[:2] = np.asarray(load.tangential) / case.cell
-    else:
-        given[:2] = load.slide
-    if load.twist is None:
-        targets[2] = float(load.torsion or 0.0) / case.cell
-    else:
-        given[2] = load.twist
-    rigid = case.rigid(given[:2], given[2])
-    slid = _sliding(case, state, held, w - rigid)
-    if slid is not None:
-        return slid
-    start, sticks = state.shear, state.sticks
-    if state.rough is not None:
-        start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
-    elif sticks is None:
-        sticks = touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
-    part = _part(touch)
-    found = solved(_problem(case, state, (w - rigid, held), targets, start, sticks).on(part))
-    shear, sticks = np.zeros(w.shape), np.zeros(p.shape, dtype=bool)
-    shear[..., *part], sticks[part] = found.x, found.free
-    motion, steps = given + found.motion, state.after(shear=found.products)
-    return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), steps=steps, sticks=sticks)
-
-
-def _problem(
-    case: Case, state: Balance, rules: tuple[FloatArray, Any], targets: FloatArray, start: FloatArray, free: Any
-) -> Problem:
-    """As `Problem`, of w and of what bounds."""
+def _solved(case: Case, state: Balance, w: FloatArray, bound: npt.NDArray[Any], targets: FloatArray) -> Answered:
+    """As `Solve`, on the part of the grid that a start touches, and a margin; on all of it where that is not enough."""
+    start, free, part = state.pressure, state.touches, _part(state.touches)
+    if w.ndim == 3:
+        (start, free), part = _rubbing(state, bound, float(case.load.friction or 0.0)), _part(bound > 0)
     limit = _SAFE * case.tolerance * state.scale
-    return Problem(case.influence, *rules, (case.y, case.z), targets, start, free, limit)
+    whole = Problem(case.influence, w, bound, case.axes, targets, start, free, limit)
+    found = solved(whole.on(part))
+    if w.ndim == 2 and not _within(found.free, part, bound.shape):
+        part = (slice(0, bound.shape[0]), slice(0, bound.shape[1]))
+        found = solved(whole.on(part))
+    x, free = np.zeros(w.shape), np.zeros(bound.shape, dtype=bool)
+    x[..., *part], free[part] = found.x, found.free
+    return replace(found, x=x, free=free)
 
 
-def _sliding(case: Case, state: Balance, held: FloatArray, w: FloatArray) -> Balance | None:
-    """All of it slides along a drag, or turns beneath a moment, that friction does not hold; None where it may."""
-    load = case.load
-    most = float(held.sum() * case.cell)
-    if load.slide is None and not load.torsion and load.tangential is not None:
-        size = float(np.hypot(*load.tangential))
-        if size >= most * (1 - 1e-12) and size > 0:
-            along = load.tangential / size
-            q = along[:, None, None] * held
-            moved = w + case.influence.lateral(q)
-            far = (moved * along[:, None, None]).sum(axis=0)[held > 0]
-            return replace(state, shear=q, slide=along * float(far.max()), twist=0.0)
-    if load.twist is None and load.tangential is not None and not load.tangential.any() and load.torsion:
-        turning = case.rigid(np.zeros(2), float(np.sign(load.torsion)))
-        arm = np.hypot(*turning)
-        if abs(load.torsion) >= float((held * arm).sum()) * case.cell * (1 - 1e-12):
-            q = turning / np.maximum(arm, 1e-300) * held
-            moved = w + case.influence.lateral(q)
-            far = (moved * turning).sum(axis=0) / np.maximum(arm, 1e-300) ** 2
-            return replace(state, shear=q, slide=np.zeros(2), twist=float(np.sign(load.torsion) * far[held > 0].max()))
-    return None
+def _rubbing(state: Balance, held: FloatArray, mu: float) -> tuple[FloatArray, BoolArray]:
+    """A drag to start from, and who may stick."""
+    if state.rough is not None:
+        return finer_drag(state.rough.shear, mu * state.rough.pressure, held)
+    if state.sticks is not None:
+        return state.shear, state.sticks
+    return state.shear, (held > 0) & ((np.hypot(*state.shear) < held * (1 - _AT_BOUND)) | (not state.shear.any()))
 
 
 def _first(case: Case) -> Balance:
@@ -159,37 +120,6 @@ def _beneath_discs(op: Influence) -> FloatArray:
     nodes = np.cumsum(times.flat[order])
     moved = np.cumsum((times * op.rows[0]).flat[order])
     return np.asarray(np.interp(1.0 + np.arange(op.shape[0] * op.shape[1]), nodes, moved))
-
-
-def _normal(case: Case, state: Balance, lifted: FloatArray) -> Balance:
-    """The pressure beneath the body, the shear being what it is."""
-    load, body = case.load, np.isfinite(case.height)
-    f = np.where(body, case.height, 0.0) + lifted
-    targets, given = np.full(3, np.nan), np.zeros(3)
-    if load.force is None:
-        given[0] = float(load.depth or 0.0)
-        f -= given[0]
-    else:
-        targets[0] = load.force / case.cell
-    if load.moment is None:
-        given[1:] = load.tilt
-        if load.tilt.any():
-            f -= case.leaning(load.tilt)
-    else:
-        targets[1:] = load.moment / case.cell
-    whole, part = _problem(case, state, (f, body), targets, state.pressure, state.touches), _part(state.touches)
-    found = solved(whole.on(part))
-    if not _within(found.free, part, f.shape):  # more than the part and its margin
-        part = (slice(0, f.shape[0]), slice(0, f.shape[1]))
-        found = solved(whole.on(part))
-    pressure, touches = np.zeros(f.shape), np.zeros(f.shape, dtype=bool)
-    pressure[part], touches[part] = found.x, found.free
-    motion = given + found.motion
-    depth, tilt = float(motion[0]), motion[1:]
-    top = float(pressure.max(initial=0.0))
-    scale = max(abs(depth), case.influence.own * top) if top else state.scale
-    steps = state.after(pressure=found.products)
-    return replace(state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale, steps=steps)
 
 
 def _within(touches: BoolArray, part: Part, shape: tuple[int, ...]) -> bool:

@@ -21,8 +21,8 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from . import _area_kernel as kernel
-from .case import BoolArray
-from .descent import Answered, Descent, Problem, Single, descended
+from .case import Answered, BoolArray
+from .descent import Descent, Problem, Single, descended
 from .quarter import centred, corner, quarter, unfolded, with_parity
 
 __all__ = ["solved"]

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from math import hypot
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -21,7 +23,7 @@ from .._frozen import Frozen
 from ..errors import InvalidValueError
 from .influence import Influence
 
-__all__ = ["Asked", "Balance", "BoolArray", "Case", "Mixer", "along_axes", "asked", "hats", "settled"]
+__all__ = ["Answered", "Asked", "Balance", "BoolArray", "Case", "Mixer", "along_axes", "asked", "hats", "settled"]
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
@@ -157,6 +159,17 @@ class Case(Frozen):
         """Area of a node [m^2]; on a row its length [m]."""
         return self.step ** len(self.axes)
 
+    @cached_property
+    def body(self) -> tuple[BoolArray, FloatArray]:
+        """Where the body is, and the gap there, 0 elsewhere."""
+        on = np.isfinite(self.height)
+        return on, np.where(on, self.height, 0.0)
+
+    @cached_property
+    def rows(self) -> FloatArray:
+        """On a row 1 and y at its nodes, whose products with a traction are its sums, (2, n)."""
+        return np.array([np.ones(self.y.size), self.y])
+
     @property
     def mesh(self) -> tuple[FloatArray, ...]:
         """The nodes along each axis, of shapes that broadcast to the grid's."""
@@ -211,21 +224,31 @@ class Balance(Frozen):
     steps: tuple[int, int] = (0, 0)
     rough: Balance | None = None
 
-    def after(self, pressure: int = 0, shear: int = 0) -> tuple[int, int]:
-        """The steps, with more of them."""
-        return self.steps[0] + pressure, self.steps[1] + shear
-
 
 def hats(nodes: FloatArray, step: float, at: FloatArray) -> FloatArray:
     """By how much each of `nodes`, `step` apart, stands for what is given at other positions (nodes, at)."""
     return np.maximum(1 - np.abs(nodes[:, None] - at) / step, 0.0)
 
 
-Pressure: TypeAlias = Callable[[Case, Balance, FloatArray], Balance]
-Shear: TypeAlias = Callable[[Case, Balance], Balance]
+@dataclass(frozen=True, eq=False)
+class Answered(Frozen):
+    """Tractions, by how much the body moves for the sums that are given, who is not at a bound, and the steps."""
+
+    x: FloatArray
+    motion: FloatArray
+    free: BoolArray
+    steps: int
 
 
-def settled(case: Case, start: Balance, pressed: Pressure, dragged: Shear) -> Balance:
+Solve: TypeAlias = Callable[[Case, Balance, FloatArray, npt.NDArray[Any], FloatArray], Answered]
+"""The least of x K x / 2 + w x, from w, what bounds x, and its sums over the nodes, NaN where none is given.
+
+Of a pressure w is a gap (...), bounded by where the body is, and the sums are those of p and of p along each axis. Of a
+drag w is a slip (d, ...), bounded by what is held, and the sums are its own and, on an area, its moment about x.
+"""
+
+
+def settled(case: Case, start: Balance, solve: Solve) -> Balance:
     """Pressure (with the gap that the shear lifts) and shear in turn until neither disturbs the other.
 
     Turn by turn the disturbance falls by a factor that is poor where the two are strongly coupled (a stiff skin on a
@@ -233,12 +256,11 @@ def settled(case: Case, start: Balance, pressed: Pressure, dragged: Shear) -> Ba
     """
     op, load, limit = case.influence, case.load, _SETTLED * case.tolerance * start.scale
     if load.friction is None:
-        found = pressed(case, start, np.zeros(case.height.shape))
+        found = _pressed(case, start, np.zeros(case.height.shape), solve)
         return _closed(replace(found, shear=np.zeros(case.shift.shape), rough=None))
     state, lifted, mixer = start, op.lifted(start.shear), Mixer()
     for _ in range(_ROUNDS):
-        state = dragged(case, pressed(case, state, lifted))
-        state = state if state.rough is None else replace(state, rough=None)
+        state = _dragged(case, _pressed(case, state, lifted, solve), solve)
         if not op.coupled:
             break
         change = op.lifted(state.shear) - lifted
@@ -250,6 +272,83 @@ def settled(case: Case, start: Balance, pressed: Pressure, dragged: Shear) -> Ba
             break
         lifted = mixer.next(lifted.reshape(-1), change.reshape(-1)).reshape(lifted.shape)
     return _closed(state)
+
+
+def _pressed(case: Case, state: Balance, lifted: FloatArray, solve: Solve) -> Balance:
+    """The pressure beneath the body, the shear being what it is."""
+    load, axes = case.load, len(case.axes)
+    body, height = case.body
+    f = height + lifted
+    targets, given = np.full(1 + axes, np.nan), np.zeros(1 + axes)
+    if load.force is None:
+        given[0] = float(load.depth or 0.0)
+        f -= given[0]
+    else:
+        targets[0] = load.force / case.cell
+    if load.moment is None:
+        given[1:] = load.tilt
+        if load.tilt.any():
+            f -= case.leaning(load.tilt)
+    else:
+        targets[1:] = load.moment / case.cell
+    found = solve(case, state, f, body, targets)
+    motion, scale = given + found.motion, state.scale
+    if axes == 2 and (top := float(found.x.max(initial=0.0))):
+        scale = max(abs(float(motion[0])), case.influence.own * top)
+    depth, tilt = float(motion[0]), motion[1:]
+    steps = state.steps[0] + found.steps, state.steps[1]
+    return replace(state, pressure=found.x, touches=found.free, depth=depth, tilt=tilt, scale=scale, steps=steps)
+
+
+def _dragged(case: Case, state: Balance, solve: Solve) -> Balance:
+    """The shear within what friction holds, the pressure being what it is."""
+    load, p, axes = case.load, state.pressure, len(case.axes)
+    mu = float(load.friction or 0.0)
+    held = mu * p if np.isfinite(mu) else np.where(p > 0, np.inf, 0.0)
+    if not held.any():
+        return replace(state, shear=np.zeros(case.shift.shape), sticks=np.zeros(p.shape, dtype=bool), rough=None)
+    targets, given = np.full(2 * axes - 1, np.nan), np.zeros(2 * axes - 1)
+    if load.slide is None:
+        targets[:axes] = np.asarray(load.tangential) / case.cell
+    else:
+        given[:axes] = load.slide
+    if load.twist is None:
+        targets[axes:] = float(load.torsion or 0.0) / case.cell
+    else:
+        given[axes:] = load.twist
+    w = case.influence.dragged(p) - case.shift
+    if given.any():
+        w -= case.rigid(given[:axes], float(given[axes:].sum()))
+    slid = _sliding(case, state, held, w)
+    if slid is not None:
+        return slid
+    found = solve(case, state, w, held, targets)
+    motion, steps = given + found.motion, (state.steps[0], state.steps[1] + found.steps)
+    slide, twist = motion[:axes], float(motion[axes:].sum())
+    return replace(state, shear=found.x, sticks=found.free, slide=slide, twist=twist, steps=steps, rough=None)
+
+
+def _sliding(case: Case, state: Balance, held: FloatArray, w: FloatArray) -> Balance | None:
+    """All of it slides along a drag, or turns beneath a moment, that friction does not hold; None where it may."""
+    load, sticks = case.load, np.zeros(held.shape, dtype=bool)
+    if load.slide is None and not load.torsion and load.tangential is not None:
+        size, most = hypot(*load.tangential), float(held.sum() * case.cell)
+        if size >= most * (1 - 1e-12) and size > 0:
+            along = (load.tangential / size).reshape(-1, *[1] * held.ndim)
+            q = along * held
+            # the slide at which the last node lets go
+            far = float(((w + case.influence.lateral(q)) * along).sum(axis=0)[held > 0].max())
+            return replace(state, shear=q, sticks=sticks, slide=far * along.ravel(), twist=0.0, rough=None)
+    if load.twist is None and load.tangential is not None and not load.tangential.any() and load.torsion:
+        turning = case.rigid(np.zeros(2), float(np.sign(load.torsion)))
+        arm = np.hypot(*turning)
+        if abs(load.torsion) >= float((held * arm).sum()) * case.cell * (1 - 1e-12):
+            q = turning / np.maximum(arm, 1e-300) * held
+            moved = w + case.influence.lateral(q)
+            far = ((moved * turning).sum(axis=0) / np.maximum(arm, 1e-300) ** 2)[held > 0].max()
+            twist = float(np.sign(load.torsion) * far)
+            return replace(state, shear=q, sticks=sticks, slide=np.zeros(2), twist=twist, rough=None)
+    return None
 
 
 def _closed(state: Balance) -> Balance:

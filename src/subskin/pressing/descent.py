@@ -16,10 +16,10 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from .._frozen import Frozen
-from .case import BoolArray
+from .case import Answered, BoolArray
 from .quarter import Parity
 
-__all__ = ["Answered", "Descent", "Problem", "descended"]
+__all__ = ["Descent", "Problem", "descended"]
 
 _STEPS = 60
 """Conjugate gradients before a guess is given up."""
@@ -51,7 +51,7 @@ class Problem(Frozen):
     op: Any
     w: FloatArray
     bound: npt.NDArray[Any]
-    nodes: tuple[FloatArray, FloatArray]
+    nodes: tuple[FloatArray, ...]
     targets: FloatArray
     start: FloatArray
     free: BoolArray
@@ -62,16 +62,6 @@ class Problem(Frozen):
         maps: dict[str, Any] = {name: np.ascontiguousarray(getattr(self, name)[..., *part]) for name in _MAPS}
         nodes = self.nodes[0][part[0]], self.nodes[1][part[1]]
         return replace(self, op=self.op.cropped((nodes[0].size, nodes[1].size)), nodes=nodes, **maps)
-
-
-@dataclass(frozen=True, eq=False)
-class Answered(Frozen):
-    """Tractions, the body's rigid motion (3,), who is not at a bound, and products by K."""
-
-    x: FloatArray
-    motion: FloatArray
-    free: BoolArray
-    products: int
 
 
 class Descent(ABC):

@@ -127,7 +127,7 @@ def with_parity(values: Maps, odd: Parity, most: float) -> bool:
     return all(bool(np.abs(one + other if turns else one - other).max() <= most) for one, other, turns in ends)
 
 
-def centred(nodes: tuple[FloatArray, FloatArray]) -> bool:
+def centred(nodes: tuple[FloatArray, ...]) -> bool:
     """Whether nodes stand in pairs on either side of both axes."""
     return all(at.size % 2 == 0 and np.abs(at + at[::-1]).max() <= _APART * (at[1] - at[0]) for at in nodes)
 

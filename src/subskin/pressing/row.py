@@ -13,11 +13,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._check import FloatArray
-from .case import Balance, BoolArray, Case, settled
+from .case import Answered, Balance, Case, settled
 
 __all__ = ["equilibrium"]
 
@@ -51,7 +53,7 @@ def equilibrium(case: Case, start: Balance | None = None) -> Balance:
             sticks=sticks > 0,
             scale=max(moved, 1e-3 * coarse.scale),
         )
-    return settled(case, _first(case) if start is None else start, _pressed, _dragged)
+    return settled(case, _first(case) if start is None else start, _solved)
 
 
 def _finer(values: FloatArray, count: int, by: int, periodic: bool) -> FloatArray:
@@ -82,78 +84,24 @@ def _first(case: Case) -> Balance:
     return Balance(p, np.zeros((1, p.size)), touches, 0.0, load.tilt, np.zeros(1), 0.0, scale, touches)
 
 
-def _pressed(case: Case, state: Balance, lifted: FloatArray) -> Balance:
-    """The pressure beneath the indenter, the shear being what it is."""
-    load, y, body = case.load, case.y, np.isfinite(case.height)
-    f, rows, targets = np.where(body, case.height, 0.0) + lifted, [], []
-    depth, tilt = 0.0 if load.depth is None else load.depth, load.tilt
-    if load.force is None:
-        f = f - depth
-    else:
-        rows.append(np.full(y.size, case.step))
-        targets.append(load.force)
-    if load.moment is None:
-        f = f - case.leaning(tilt)
-    else:
-        rows.append(case.step * y)
-        targets.append(float(load.moment[0]))
-    bounds, start = (np.zeros(y.size), np.where(body, np.inf, 0.0)), (state.pressure, state.touches)
-    limit = _SAFE * case.tolerance * state.scale
-    p, multipliers, touches, steps = _least(case, 0, f, bounds, (rows, targets), start, limit)
-    found = list(multipliers * case.step)
-    if load.force is not None:
-        depth = float(found.pop(0))
-    if load.moment is not None:
-        tilt = np.array(found)
-    return replace(state, pressure=p, touches=touches, depth=depth, tilt=tilt, steps=state.after(pressure=steps))
-
-
-def _dragged(case: Case, state: Balance) -> Balance:
-    """The shear within what friction holds, the pressure being what it is."""
-    load, op, p = case.load, case.influence, state.pressure
-    mu = float(load.friction or 0.0)
-    held = mu * p if np.isfinite(mu) else np.where(p > 0, np.inf, 0.0)
-    w = op.dragged(p)[0] - case.shift[0]
-    free = (state.sticks if np.isfinite(mu) and state.sticks is not None else True) & (p > 0)
-    if load.slide is None:
-        most, drag = float(held.sum() * case.step), 0.0 if load.tangential is None else float(load.tangential[0])
-        if abs(drag) >= most * (1 - 1e-12):
-            q = np.copysign(1.0, drag) * held[None]
-            over = (w + op.lateral(q)[0])[held > 0]
-            # the slide at which the last node lets go
-            slide = float(over.max() if drag > 0 else over.min()) if over.size else 0.0
-            return replace(state, shear=q, sticks=np.zeros(p.size, dtype=bool), slide=np.array([slide]))
-        sums = [np.full(p.size, case.step)], [drag]
-    else:
-        w, sums = w - load.slide[0], ([], [])
-    limit = min(mu, 1.0) * _SAFE * case.tolerance * state.scale
-    q, multipliers, sticks, steps = _least(case, 1, w, (-held, held), sums, (state.shear[0], free), limit)
-    motion = multipliers * case.step if load.slide is None else load.slide
-    return replace(state, shear=q[None], sticks=sticks, slide=motion, steps=state.after(shear=steps))
-
-
-def _least(
-    case: Case,
-    part: int,
-    f: FloatArray,
-    bounds: tuple[FloatArray, FloatArray],
-    sums: tuple[list[FloatArray], list[float]],
-    start: tuple[FloatArray, BoolArray],
-    limit: float,
-) -> tuple[FloatArray, FloatArray, BoolArray, int]:
-    """Solve for the pressure (part 0) or the drag (1) from a start, with a first guess of who is free.
-
-    The gradient of those comes to `limit`. Unknowns, the multipliers of the sums, who is free, and the steps it took.
-    """
+def _solved(case: Case, state: Balance, w: FloatArray, bound: npt.NDArray[Any], targets: FloatArray) -> Answered:
+    """As `Solve`, of a row."""
     from ._row_kernel import minimise
 
-    op, (low, high), (rows, targets) = case.influence, bounds, sums
-    own = op.own_lateral if part else op.own
-    problem = f, low, high, np.array(rows).reshape(len(rows), f.size), np.array(targets, np.float64), own
-    forward, nearly = ((spectrum, *_waves(2 * spectrum.size - 2)) for spectrum in op.circulants[part])
-    x, gradient, free = np.array(start[0]), np.empty(f.size), start[1] & (high > low)
-    multipliers, steps = minimise(forward, nearly, problem, x, free, gradient, limit)
-    return x, multipliers, free, int(steps)
+    op, drag, mu = case.influence, w.ndim == 2, float(case.load.friction or 0.0)
+    limit = _SAFE * case.tolerance * state.scale
+    if drag:
+        low, high, own, limit, x = -bound, bound, op.own_lateral, min(mu, 1.0) * limit, state.shear[0]
+        free = bound > 0 if state.sticks is None or not np.isfinite(mu) else state.sticks
+    else:
+        low, high, own, x, free = np.zeros(w.size), np.where(bound, np.inf, 0.0), op.own, state.pressure, state.touches
+    given = np.isfinite(targets)
+    sums = case.rows[: given.size][given]
+    forward, nearly = ((spectrum, *_waves(2 * spectrum.size - 2)) for spectrum in op.circulants[int(drag)])
+    x, free, motion = np.array(x), free & (high > low), np.zeros(targets.size)
+    problem = w.reshape(-1), low, high, sums, targets[given], own
+    motion[given], steps = minimise(forward, nearly, problem, x, free, np.empty(x.size), limit)
+    return Answered(x[None] if drag else x, motion, free, int(steps))
 
 
 @lru_cache(maxsize=16)
