@@ -1,4 +1,4 @@
-"""Loops over a grid on an area: over spectra, for the pressure beneath a body, for the drag (normal.py, lateral.py).
+"""Loops over a grid on an area: over spectra, for the pressure beneath a body, for the drag (bounded.py).
 
 Maps by transforms may be wider than the grid. A spectrum is given as real numbers: real and imaginary parts in turn
 along a row. A body may sink and lean, or slide and turn: the multipliers of these rigid motions, level + lean_y y +
