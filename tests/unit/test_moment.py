@@ -10,7 +10,7 @@ import subskin as ss
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.estimate.area.observable import moment_of
 from subskin.estimate.layout import ROUND, TWIST
-from subskin.estimate.moved import moved
+from subskin.estimate.on_area import moved
 from subskin.transducer import ShearStrain
 
 D, COUNT = 2e-3, 200  # m

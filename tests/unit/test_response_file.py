@@ -10,7 +10,7 @@ import pytest
 import subskin as ss
 from subskin._axes import on_finger, on_touches
 from subskin.errors import FileError, InvalidValueError
-from subskin.estimate.moved import moved
+from subskin.estimate.on_area import moved
 from subskin.io import load, parse_finger, save_finger
 from subskin.measured import MeasuredResponse
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..errors import FileError, InvalidValueError, printable
 from ..estimate.estimate import Estimate, Status
 from ..estimate.layout import LINE, WIDE
-from ..estimate.moved import moved
+from ..estimate.on_area import moved
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading
 from ..stream.stage import Pipeline, Stage, join

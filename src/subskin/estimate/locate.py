@@ -15,12 +15,10 @@ from ..finger import Finger, finger_needed
 from ..prepared import prepared
 from ..response import Response, tabulate
 from .area import AreaLocator, InPlaceLocator
-from .beside import PointLocator, farthest_beside, points_beside
-from .beyond import beyond as beyond_row
-from .either import Either, EitherLocator
+from .beside import Either, EitherLocator, PointLocator, farthest_beside, points_beside
 from .estimate import Estimate
 from .on_area import area_locator, refuse
-from .search import Locator
+from .search import Locator, beyond
 from .stick_locator import StickLocator, checked_stick
 
 __all__ = ["fit", "locate", "locator"]
@@ -128,7 +126,7 @@ def locator(
         table = tabulate(finger, ends)
         more: dict[str, Any] = {**values, "normal_force": forces}
         if ends is None:
-            more["beyond"] = prepared(finger).get(("beyond",), lambda: beyond_row(finger, table))
+            more["beyond"] = prepared(finger).get(("beyond",), lambda: beyond(finger, table))
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")

@@ -15,7 +15,6 @@ from ..errors import InvalidValueError
 from ..response import Response
 from .frames import Framewise, packed
 from .search import Locator
-from .stick_model import NODES, WEIGHTS
 
 __all__ = ["StickLocator", "checked_stick"]
 
@@ -84,7 +83,9 @@ class StickLocator(Locator):
 
 
 def _slipping(response: Response, slip: float) -> Response:
-    """The response with the shear of contacts that slip by a set share |T| / (mu N): the mean of G' (`stick_model`)."""
+    """The response with the shear of contacts that slip by a set share |T| / (mu N): the mean of G' (`stick`)."""
+    from .stick import NODES, WEIGHTS
+
     chebyshev = np.polynomial.chebyshev
     widths = len(response.coefficients)
     shares = 0.5 * (1 + np.cos(np.pi * (np.arange(widths) + 0.5) / widths))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..decide import TypeDecision
     from ..estimate import Estimate, Locator
     from ..estimate.area import AreaLocator, InPlaceLocator
-    from ..estimate.either import EitherLocator
+    from ..estimate.beside import EitherLocator
     from .tables import Table
 
 __all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
