@@ -161,7 +161,7 @@ def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
         each = () if isinstance(values, str | bytes) else tuple(values)
     except TypeError:
         each = (None,)
-    if (isinstance(values, str | bytes) and values) or not all(isinstance(one, kind) for one in each):
+    if (isinstance(values, str | bytes) and values) or [one for one in each if not isinstance(one, kind)]:
         rule = f"a list is needed, each of it a {kind.__name__}"
         raise InvalidValueError(f"{name} = {shown(values)}", rule, fix)
     return each
@@ -237,7 +237,7 @@ def without_unit(name: str, value: Any, unit: str, fix: str = "") -> Any:
     0.002
     """
     if isinstance(value, list | tuple):
-        if not any(_has_unit(item) for item in value):
+        if set(map(type, value)) <= {float, int} or not any(_has_unit(item) for item in value):
             return value
         return [without_unit(f"{name}[{i}]", item, unit, fix) for i, item in enumerate(value)]
     if value is None or isinstance(value, float | int | np.ndarray) or not _has_unit(value):
@@ -360,8 +360,11 @@ def pair(name: str, value: object, fix: str, unit: str = "") -> tuple[float, flo
 
 def values(**options: Any) -> dict[str, float | None]:
     """Options as numbers that can be a key: a number of any kind as a float, or as an int where it is one."""
-    plain = {name: without_unit(name, given, "m" if name == "scan_step" else "") for name, given in options.items()}
-    for name, given in plain.items():
+    plain = dict(options)
+    for name, given in options.items():
+        if given is None or type(given) is float:
+            continue  # the usual case, in no time
+        plain[name] = given = without_unit(name, given, "m" if name == "scan_step" else "")
         unmasked(name, given)
         try:
             number = given is None or (np.asarray(given).ndim == 0 and np.asarray(given).dtype.kind in "biuf")
@@ -369,7 +372,8 @@ def values(**options: Any) -> dict[str, float | None]:
             number = False
         if not number:
             raise InvalidValueError(f"{name} = {shown(given)}", "a single number is needed", f"{name}=1.0")
-    return {name: np.asarray(given).item() for name, given in plain.items()}
+        plain[name] = np.asarray(given).item()
+    return plain
 
 
 def whole(name: str, value: object, *, at_least: int, at_most: int, fix: str = "") -> int:

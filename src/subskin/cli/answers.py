@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Any, TextIO, cast
 
@@ -16,7 +17,7 @@ from ..estimate.estimate import Estimate, Status
 from ..estimate.layout import LINE, WIDE
 from ..estimate.on_area import moved
 from ..io.finger_file import FingerFile, load
-from ..io.tables import Table, reading
+from ..io.tables import Table, reading, writing
 from ..stream.stage import Pipeline, Stage, join
 from ..stream.tare import Tared
 from .common import number, progress_bar, said_of, show, warn_of_raw
@@ -137,23 +138,33 @@ def _thinned(tared: Tared) -> Tared:
     return replace(tared, doubt=None, **{name: getattr(tared, name)[step] for name in frames})
 
 
-class Kept:
-    """What is kept of the stretches: how many frames have each status, the first rows, and whole columns.
+class Kept(ExitStack):
+    """What is kept of the stretches: how many frames have each status, the first rows, whole columns, and the table -o.
 
     Parameters
     ----------
-    columns : sequence of str or None
-        Columns to keep to the last row; None for all of them.
+    options : Namespace
+        `out`, and `json`, with which all columns are kept to the last row.
+    columns : sequence of str
+        Those to keep without it.
     """
 
-    def __init__(self, columns: Sequence[str] | None = ()) -> None:
+    def __init__(self, options: argparse.Namespace, columns: Sequence[str] = ()) -> None:
+        super().__init__()
+        self._table = None if options.out is None else self.enter_context(writing(options.out))
+        self.files: dict[str | None, Callable[[str], object]] = {options.out: lambda _: self.close()}
+        """What `give` finishes."""
         self.frames = 0
         self.status = {s.name.lower(): 0 for s in Status}
         self.first: dict[str, Any] = {}
-        self._names, self._parts = columns, cast("list[dict[str, Any]]", [])
+        self._names, self._parts = None if options.json else columns, cast("list[dict[str, Any]]", [])
 
-    def add(self, columns: Mapping[str, Any], status: npt.NDArray[np.int8]) -> None:
-        """Take a stretch."""
+    def add(
+        self, columns: Mapping[str, Any], status: npt.NDArray[np.int8], written: Mapping[str, Any] | None = None
+    ) -> None:
+        """Take a stretch; what is `written` of it, if not its columns."""
+        if self._table is not None:
+            self._table.write(columns if written is None else written)
         if len(self.first.get("row", ())) < _SHOWN:
             old = self.first or {name: np.asarray(values)[:0] for name, values in columns.items()}
             self.first = {n: np.concatenate([old[n], v[: _SHOWN - len(old[n])]]) for n, v in columns.items()}

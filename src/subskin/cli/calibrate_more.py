@@ -13,6 +13,7 @@ from ..errors import FileError, InvalidValueError
 from ..io.changed import remodelled
 from ..io.files import apart
 from ..io.kept_arrays import response_path
+from ..measured import MeasuredResponse
 from ..transducer import kind_of
 from .common import forces_said, give, number, progress_bar, show
 from .options import inputs_of, option
@@ -136,7 +137,6 @@ def run_table(
 ) -> int:
     """Run the command on what was read: readings (m, n), positions (m, 2), which touches are used, their loads."""
     from ..calibration.calibration import score
-    from ..measured import MeasuredResponse
 
     for name, usual in _UNUSED.items():
         if getattr(options, name) != usual:

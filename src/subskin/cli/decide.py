@@ -6,7 +6,6 @@ import argparse
 import math
 import re
 from collections import Counter
-from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -76,10 +75,9 @@ def run_decide(options: argparse.Namespace) -> int:
         answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows
         return answer
 
-    kept, drawn = Kept(None if options.json else ()), []
+    drawn: list[TypeDecision] = []
     counts: Counter[str] = Counter()
-    with ExitStack() as outputs:
-        table = None if options.out is None else outputs.enter_context(io.writing(options.out))
+    with Kept(options) as kept:
         for answers in answers_of(options, prepare):
             columns = _columns(answers)
             kept.add(columns, answers.found.status)
@@ -87,14 +85,12 @@ def run_decide(options: argparse.Namespace) -> int:
             counts.update(_counts(said))
             if options.figure is not None:
                 drawn.append(said)
-            if table is not None:
-                table.write(columns)
         kinds_counted = {name: counts[name] for name in said.names}
         return give(
             options,
             lambda: {"frames": kept.frames, "status": kept.status, "kinds": kinds_counted, "columns": kept.columns},
             lambda out: _show(out, said, kept, kinds_counted, usual=kinds is None, first=options.out is None),
-            {options.out: lambda _: outputs.close()},
+            kept.files,
             lambda plot: plot.probability_strip(join(drawn)),
         )
 

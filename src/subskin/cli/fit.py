@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
@@ -46,15 +45,14 @@ _SHOWN = (
 )  # fmt: skip
 
 
-def _family(parser: Any) -> None:
-    """--family: those that there are now, one's own among them."""
-    what = "family of the contact (hertz; of sensors on an area round_hertz)"
-    option("--family", what, choices=(*families(), *local_families()))(parser)
+def _families() -> tuple[str, ...]:
+    """Those that there are now, one's own among them."""
+    return (*families(), *local_families())
 
 
 @command(
     _EXAMPLES,
-    _family,
+    option("--family", "family of the contact (hertz; of sensors on an area round_hertz)", choices=_families),
     option("--width RANGE", 'range of half widths (default: "0..1.5" depths)'),
     option("--stick MU", _STICK),
     frames("fit", "table of contacts", "draw the contacts along the skin, frame by frame"),
@@ -67,10 +65,9 @@ def run_fit(options: argparse.Namespace) -> int:
 
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
     stick = None if options.stick is None else quantity_range(options.stick, "", "--stick")
-    kept, drawn, spare, origin, blind = Kept(None if options.json else ()), [], False, 0.0, False
+    drawn, spare, origin, blind = [], False, 0.0, False
     family = options.family
-    with ExitStack() as outputs:
-        table = None if options.out is None else outputs.enter_context(io.writing(options.out))
+    with Kept(options) as kept:
         chosen = {"half_width": width, "stick": stick}
 
         def prepare(file: io.FingerFile) -> Answer:
@@ -87,8 +84,6 @@ def run_fit(options: argparse.Namespace) -> int:
             blind = answers.found.layout.dim == 2 and not answers.found.layout.twist
             if options.figure is not None:
                 drawn.append(answers.found)
-            if table is not None:
-                table.write(columns)
 
         def people(out: TextIO) -> None:
             show_statuses(out, kept.status, _HERE)
@@ -104,7 +99,7 @@ def run_fit(options: argparse.Namespace) -> int:
             options,
             lambda: {"frames": kept.frames, "family": family, "status": kept.status, "columns": kept.columns},
             people,
-            {options.out: lambda _: outputs.close()},
+            kept.files,
             lambda plot: _drawn(plot, join(drawn), origin),
         )
 

@@ -7,7 +7,7 @@ import math
 import sys
 from collections import Counter, deque
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -34,37 +34,6 @@ _UNITS = {"position": (1e3, "mm"), "position_y": (1e3, "mm"), "position_z": (1e3
 _SILENT = {"no_contact": "nothing touches", "incomplete": "too few sensors can be used"}
 
 
-class Clocked(Protocol):
-    """What has a clock: a port, or a recording that is replayed."""
-
-    def clock(self) -> float:
-        """What time it is for the stream [s]."""
-
-
-class Followed(Protocol):
-    """What a view asks of a stream."""
-
-    @property
-    def frames(self) -> int:
-        """How many frames have come."""
-
-    @property
-    def lost(self) -> int:
-        """How many did not arrive."""
-
-    @property
-    def bad(self) -> int:
-        """How many arrived broken."""
-
-    @property
-    def port(self) -> Clocked:
-        """Where its time comes from."""
-
-    @property
-    def recorder(self) -> Any:
-        """What records it, or None."""
-
-
 class View:
     """Counts what comes, and says at the end what came.
 
@@ -72,8 +41,8 @@ class View:
     ----------
     file : FingerFile
         The finger.
-    live : Live
-        The stream, or another that is followed.
+    live : Live or Replay
+        What is followed: it counts `frames`, `lost` and `bad`, and has a `port` with a clock and a `recorder`.
     since : float, optional
         Batches that came before say nothing of rate and latency: they have waited [s].
     """
@@ -81,7 +50,7 @@ class View:
     each = 1.0
     """Seconds between two pictures."""
 
-    def __init__(self, file: FingerFile, live: Followed, since: float = -math.inf) -> None:
+    def __init__(self, file: FingerFile, live: Any, since: float = -math.inf) -> None:
         self.file, self.live, self._since = file, live, since
         self.events: Counter[str] = Counter()
         self.latest: Batch | None = None

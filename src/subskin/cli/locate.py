@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
@@ -58,11 +57,9 @@ def run_locate(options: argparse.Namespace) -> int:
     axes = ("",) if options.truth is None or "," not in options.truth else ("_y", "_z")
     names = [f"{name}{axis}{more}" for name, more in _DRAWN for axis in axes]
     drawn = names if options.figure is not None else []
-    kept = Kept(None if options.json else () if options.truth is None else ("error", "status", *drawn))
     sensors: Any = None
     beyond, score = 0, None
-    with ExitStack() as outputs:
-        table = None if options.out is None else outputs.enter_context(io.writing(options.out))
+    with Kept(options, () if options.truth is None else ("error", "status", *drawn)) as kept:
         for answers in answers_of(options, lambda file: file.locator(**_chosen(options))):
             columns, array = estimate_columns(answers), answers.file.finger.array
             sensors = answers.file.on_touches(array.points) if array.on_area else None
@@ -70,8 +67,6 @@ def run_locate(options: argparse.Namespace) -> int:
                 columns |= against(columns, answers, options.truth)
                 beyond += int(columns.pop("beyond").sum())
             kept.add(columns, answers.found.status)
-            if table is not None:
-                table.write(columns)
         if options.truth is not None:
             score = {**_score(kept.columns["error"], kept.columns["status"]), "beyond_search": beyond}
 
@@ -86,7 +81,7 @@ def run_locate(options: argparse.Namespace) -> int:
             options,
             lambda: {"frames": kept.frames, "status": kept.status, "against_truth": score, "columns": kept.columns},
             people,
-            {options.out: lambda _: outputs.close()},
+            kept.files,
             lambda plot: _drawn(plot, kept.columns, sensors),
         )
 

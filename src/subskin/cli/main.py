@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any
 
+from .. import __version__
 from ..errors import ConvergenceError, SubskinError, WorkersError, printable
 
 __all__ = ["main"]
@@ -103,8 +104,6 @@ class _Command(argparse.ArgumentParser):
 
 class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        from .. import __version__
-
         print(f"subskin {__version__}")
         parser.exit()
 

@@ -19,8 +19,16 @@ __all__ = [
     "listed", "option", "outputs_of", "positive", "quantity_range", "rows", "shared",
 ]  # fmt: skip
 
-Option: TypeAlias = Callable[[Any], object]
-"""What adds something to a parser, or to a group of its options."""
+
+class Option(NamedTuple):
+    """One argument of a parser, and the title and text of its group; of a group without a title one may be given."""
+
+    names: tuple[str, ...]
+    settings: dict[str, Any]
+    group: tuple[str, str] | None = None
+
+
+Options: TypeAlias = tuple[Option, ...]
 
 
 class Command(NamedTuple):
@@ -29,86 +37,89 @@ class Command(NamedTuple):
     run: Callable[[argparse.Namespace], int]
     examples: str
     notes: str
-    options: tuple[Option, ...]
+    options: Options
 
     def fill(self, parser: argparse.ArgumentParser) -> None:
         """Tell the parser what the command takes."""
         parser.description = f"{parser.description}\n\n{self.notes}" if self.notes else parser.description
         parser.epilog = f"examples:\n{self.examples}"
         parser.set_defaults(run=self.run, json=False)
-        for add in self.options:
-            add(parser)
+        groups: dict[Any, Any] = {None: parser}
+        for names, settings, of in self.options:
+            if of not in groups:
+                title, text = of or ("", "")
+                made = (
+                    parser.add_argument_group(title, text or None) if title else parser.add_mutually_exclusive_group()
+                )
+                groups[of] = made
+            now = {k: v() if k in ("help", "choices") and callable(v) else v for k, v in settings.items()}
+            groups[of].add_argument(*names, **now)
 
 
 def command(
-    examples: str, *options: Option, notes: str = ""
+    examples: str, *options: Options, notes: str = ""
 ) -> Callable[[Callable[[argparse.Namespace], int]], Command]:
     """What makes a command of the function that runs it."""
-    return lambda run: Command(run, examples, notes, options)
+    return lambda run: Command(run, examples, notes, sum(options, ()))
 
 
-def option(spec: str, text: str, usual: Any = None, **more: Any) -> Option:
+def option(spec: str, text: str | Callable[[], str], usual: Any = None, **more: Any) -> Options:
     """An option as a person writes it: "--count N", "-o --out FILE", "--grid", "recording FILE", "finger?".
 
     "--load {line,point}" takes one of these; what ends in a question mark may be left out. Where the `usual` value is a
-    number, it takes such numbers.
+    number, it takes such numbers. A text, and choices, may be functions that are asked when the command is.
     """
     words = spec.split()
-    names = [word for word in words if word.startswith("-")] or [words[0].removesuffix("?")]
-    given: dict[str, Any] = {"metavar": words[-1]} if len(words) > len(names) else {}
+    names = tuple(word for word in words if word.startswith("-")) or (words[0].removesuffix("?"),)
+    given: dict[str, Any] = {"help": text} | ({"metavar": words[-1]} if len(words) > len(names) else {})
     if words[-1].startswith("{"):
-        given = {"choices": words[-1][1:-1].split(",")}
-    elif names[0].startswith("-") and not given and "choices" not in more:
+        given = {"help": text, "choices": words[-1][1:-1].split(",")}
+    elif names[0].startswith("-") and "metavar" not in given and "choices" not in more:
         given["action"] = "store_true"
     elif words[0].endswith("?"):
         given["nargs"] = "?"
     if usual is not None:
         given |= {"default": usual} | ({} if isinstance(usual, str) else {"type": type(usual)})
-    return lambda parser: parser.add_argument(*names, help=text, **(given | more))
+    return (Option(names, given | more),)
 
 
-def _all(*options: Option) -> Option:
-    return lambda parser: [add(parser) for add in options]
-
-
-def group(title: str, text: str, *options: Option) -> Option:
-    """Options under a title of their own."""
-    return lambda parser: _all(*options)(parser.add_argument_group(title, text or None))
+def group(title: str, text: str, *options: Options) -> Options:
+    """Options under a title of their own; without a title at most one of them is given."""
+    return tuple(one._replace(group=(title, text)) for one in sum(options, ()))
 
 
 JSON = option("--json", "print the result as JSON")
 
 
-def shared(what: str) -> Option:
+def shared(what: str) -> Options:
     """-o and --json."""
-    return _all(option("-o --out FILE", f"{what}; CSV, or Parquet for .parquet; - for standard output"), JSON)
+    return (*option("-o --out FILE", f"{what}; CSV, or Parquet for .parquet; - for standard output"), *JSON)
 
 
-def figure(what: str) -> Option:
+def figure(what: str) -> Options:
     """--figure."""
     return option("--figure FILE", f"{what} (.svg, .png or .pdf)")
 
 
-def rows(verb: str) -> Option:
+def rows(verb: str) -> Options:
     """--every or --rows."""
     every = option("--every N", f"{verb} rows 0, N, 2N, ...", type=int)
-    these = option("--rows LIST", f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20")
-    return lambda parser: _all(every, these)(parser.add_mutually_exclusive_group())
+    return group("", "", every, option("--rows LIST", f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20"))
 
 
-def frames(verb: str, what: str, drawn: str) -> Option:
+def frames(verb: str, what: str, drawn: str) -> Options:
     """What the commands take that answer frame by frame: the finger, the readings, --tare, and all of the above."""
     tare = (
         "the rows are a raw stream, with a column of times: convert the units of [recording], undo [relaxation], and "
         "subtract drift; DRIFT is the fastest believed, reading/s ([tare], or 0.3 noise a second)"
     )
-    return _all(
-        option("finger", "finger.toml, best as calibrated"),
-        option("readings", "table of readings, CSV or Parquet; - for standard input"),
-        option("--tare DRIFT", tare, nargs="?", const=""),
-        figure(drawn),
-        rows(f"{verb} only"),
-        shared(what),
+    return (
+        *option("finger", "finger.toml, best as calibrated"),
+        *option("readings", "table of readings, CSV or Parquet; - for standard input"),
+        *option("--tare DRIFT", tare, nargs="?", const=""),
+        *figure(drawn),
+        *rows(f"{verb} only"),
+        *shared(what),
     )
 
 

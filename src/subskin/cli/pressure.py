@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
@@ -70,26 +69,22 @@ def run_pressure(options: argparse.Namespace) -> int:
             given.pop("friction", None)
         return pressure_mapper(file.finger, search=file.search, rule=options.rule, shear=shear, **given)
 
-    kept, maps, first, origin = Kept(None if options.json else ()), [], None, 0.0
+    maps, first, origin = [], None, 0.0
     mapper: Any = None
     answers_file: Any = None
-    with ExitStack() as outputs:
-        tables = {
-            make: outputs.enter_context(io.writing(path))
-            for path, make in ((options.out, _map), (options.totals, _totals))
-            if path is not None
-        }
+    with Kept(options) as kept:
+        table = None if options.totals is None else kept.enter_context(io.writing(options.totals))
         for answers in answers_of(options, prepare, at_once=_AT_ONCE):
             totals, found = _totals(answers), answers.found
-            kept.add(totals, found.status)
+            kept.add(totals, found.status, None if options.out is None else _map(answers))
             mapper, origin, answers_file = found.mapper, answers.file.origin, answers.file
             there = np.flatnonzero(np.isfinite(found.normal_force))
             if first is None and there.size:
                 first = found[there[0]]
             if options.json or options.movie is not None:
                 maps.append(found)
-            for make, table in tables.items():
-                table.write(totals if make is _totals else make(answers))
+            if table is not None:
+                table.write(totals)
 
         def data() -> dict[str, Any]:
             found = join(maps)
@@ -131,7 +126,7 @@ def run_pressure(options: argparse.Namespace) -> int:
             from ..plot import pressure_movie
 
             pressure_movie(join(maps), options.movie, origin=origin, turn=answers_file.turn)
-        done: dict[str | None, Any] = dict.fromkeys((options.out, options.totals), lambda _: outputs.close())
+        done: dict[str | None, Any] = dict.fromkeys((options.out, options.totals), lambda _: kept.close())
         done[options.movie] = lambda _: None  # written above; named with the others
         return give(options, data, people, done, drawn)
 

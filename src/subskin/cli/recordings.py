@@ -60,7 +60,7 @@ def run_replay(options: argparse.Namespace) -> int:
         if options.speed is not None and not options.json:
             from .live_view import Bars, PlainLines
 
-            view = (Bars if sys.stdout.isatty() else PlainLines)(shown.file, _Played(shown))
+            view = (Bars if sys.stdout.isatty() else PlainLines)(shown.file, shown)
         quiet = options.json or options.out is not None or view is not None
         watched = _Watched(shown, None if quiet else say(options))
         with progress_bar("frames", None) if view is None else nullcontext(_nothing) as advance:
@@ -102,27 +102,6 @@ def _shown_at_speed(watched: _Watched, view: View) -> None:
     if behind > _BEHIND:
         print(f"subskin: warning: the last frame is {behind:.0f} s late: this computer is too slow for that --speed",
               file=sys.stderr)  # fmt: skip
-
-
-class _Played:
-    """A recording that is replayed, as a view follows it."""
-
-    recorder = None
-
-    def __init__(self, shown: Replay) -> None:
-        self.port = self._shown = shown
-
-    @property
-    def frames(self) -> int:
-        return self._shown.frames
-
-    @property
-    def lost(self) -> int:
-        return self._shown.lost
-
-    @property
-    def bad(self) -> int:
-        return self._shown.bad
 
 
 class _Watched:

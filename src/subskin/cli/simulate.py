@@ -6,6 +6,7 @@ import argparse
 import re
 import sys
 from dataclasses import replace
+from functools import partial
 from typing import Any, TextIO
 
 from .. import io, stream
@@ -26,11 +27,15 @@ _EXAMPLES = """\
 _MOST = 100_000_000  # readings: more would not fit into memory
 
 
-def _family(loads: Any) -> None:
-    """--contact: the families that there are now, one's own among them."""
-    known = (*families(), *local_families())
+def _known() -> tuple[str, ...]:
+    """The families that there are now, one's own among them."""
+    return (*families(), *local_families())
+
+
+def _said() -> str:
+    """What they are called."""
     what = f"family of the contact: {', '.join(families())}, or local: {', '.join(local_families())}"
-    option("--contact FAMILY", f"{what} (line; on an area point)", choices=known)(loads)
+    return f"{what} (line; on an area point)"
 
 
 @command(
@@ -47,7 +52,7 @@ def _family(loads: Any) -> None:
         option("--azimuth RANGE", 'where local contacts lean, from +y towards +z ("0 deg")'),
         option("--moment RANGE", 'moments about the normal, of local contacts ("0 N*mm")'),
         option("--grid", "positions evenly spaced, not random"),
-        _family,
+        option("--contact FAMILY", _said, choices=_known),
         option("--half-width LENGTH", "half width of a contact of such a family"),
     ),
     option("--seed N", "seed of the random numbers (0)", 0),
@@ -172,8 +177,6 @@ def _lattice(options: argparse.Namespace, file: io.FingerFile) -> Any:
 
 def _local(options: argparse.Namespace) -> Any:
     """What makes a local contact of its load and position."""
-    from functools import partial
-
     more: dict[str, Any] = {}
     if options.half_width is not None and options.contact != "point":
         more["half_width"] = quantity(options.half_width, "m", "--half-width")
@@ -243,8 +246,6 @@ def _moved(options: argparse.Namespace, file: io.FingerFile) -> io.FingerFile:
 def _frames(
     options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
 ) -> dict[str, Any]:
-    from functools import partial
-
     from ..synthetic import simulate_recording
 
     on_area = file.finger.array.on_area

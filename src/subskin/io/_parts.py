@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import MISSING, fields
+from functools import cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -123,6 +124,7 @@ def build_skin(table: SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
         return Ridged(skin, **table.ridges.model_dump())
 
 
+@cache
 def _keys(kind: type[Skin]) -> dict[str, bool]:
     """The keys of a kind of skin, and whether each has to be there."""
     out: dict[str, bool] = {}
@@ -208,7 +210,7 @@ class SensorsTable(FingerTable):
         array = build_array(file)
         if file.calibration.differences:
             array.refuse_offset()
-        columns = tuple(f"s{i}" for i in range(len(array)))
+        columns = tuple([f"s{i}" for i in range(len(array))])
         return {"array": array, "names": columns, "limits": (array.low, array.high)}
 
 

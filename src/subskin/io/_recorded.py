@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .._frozen import Frozen
 from ..errors import FileError, InvalidValueError
-from ..stream.presses import Column, RecordingFormat
+from ..stream.presses import Column, RecordingFormat, segment
 
 if TYPE_CHECKING:
     from .._check import FloatArray
@@ -156,8 +156,6 @@ class Recorded:
         FileError, InvalidValueError
             A file without [recording], a table without its columns, a recording without a press.
         """
-        from ..stream import segment
-
         how, table = self.recording, table_of(recording)
         if how is None:
             fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'

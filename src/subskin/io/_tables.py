@@ -6,7 +6,6 @@ A table says of each key its unit and its bounds; from what length on a value wa
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -129,20 +128,14 @@ class FingerTable(StrictTable):
         return {}
 
 
-def _sizes(table: StrictTable) -> Iterator[tuple[str, float, float]]:
-    """The lengths of a table, and of the tables in it, that may be doubted: name, length, from where on it is [m]."""
+def doubt_sizes(table: StrictTable) -> None:
+    """Warn of lengths of a table, and of the tables in it, that were probably meant in mm."""
     for key, field in type(table).model_fields.items():
         value = getattr(table, key)
-        for inner in value if isinstance(value, list) else [value]:
+        several = value if isinstance(value, list) else [value]
+        for inner in several:
             if isinstance(inner, StrictTable):
-                yield from _sizes(inner)
+                doubt_sizes(inner)
         for doubt in field.metadata:
-            if isinstance(doubt, Doubt) and value is not None:
-                yield doubt.said or key, max(value) if isinstance(value, list) else value, doubt.largest
-
-
-def doubt_sizes(table: StrictTable) -> None:
-    """Warn of lengths that were probably meant in mm."""
-    for name, value, largest in _sizes(table):
-        if value > largest:
-            _check.doubt(name, value, "m", 1e-3, "mm")
+            if isinstance(doubt, Doubt) and value is not None and max(several) > doubt.largest:
+                _check.doubt(doubt.said or key, max(several), "m", 1e-3, "mm")

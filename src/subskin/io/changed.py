@@ -11,6 +11,7 @@ import numpy as np
 from .. import _check
 from ..errors import InvalidValueError
 from ..stream.relaxation import Relaxation
+from ..stream.relaxation_fit import RelaxationFit, fit_relaxation
 from ..transducer import transducer_of
 from ._recorded import check_held, table_of
 from ._toml_edit import per_sensor, with_table
@@ -19,7 +20,6 @@ from .units import format_quantity, rounded
 
 if TYPE_CHECKING:
     from .._check import FloatArray
-    from ..stream import RelaxationFit
     from .tables import Table
 
 __all__ = ["fit_held", "remodelled", "with_relaxation"]
@@ -144,8 +144,6 @@ def fit_held(file: FingerFile, recording: Table | Path, *, terms: int = 2, every
     >>> fit.own.share.round(2).tolist(), fit.own.time.round(2).tolist()
     ([[0.3, 0.1]], [2.0])
     """
-    from ..stream import fit_relaxation
-
     table = table_of(recording)
     if table is None:
         raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import FileError, InvalidValueError
-from ._csv import CsvReader, csv_head, csv_rows, number_of
-from ._parquet import ParquetReader, ParquetWriter, need_pyarrow
+from ._csv import CsvPart, CsvReader, csv_head, csv_rows, number_of
+from ._parquet import ParquetPart, ParquetReader, ParquetWriter, need_pyarrow
 from .files import opened, replacing, size_of
 
 __all__ = ["Table", "TableReader", "TableWriter", "read_table", "reading", "write_table", "writing"]
@@ -27,16 +27,8 @@ _MOST_COLUMNS = 10_000
 _LONGEST_NAME = 1000
 
 
-class _Part(Protocol):
-    """Some rows, as CSV or Parquet gives them."""
-
-    @property
-    def count(self) -> int: ...
-
-    @property
-    def lines(self) -> Sequence[int]: ...
-
-    def some(self, columns: Sequence[int]) -> list[FloatArray | list[str]]: ...
+_Part: TypeAlias = CsvPart | ParquetPart
+"""Some rows, as CSV or Parquet gives them."""
 
 
 @dataclass(frozen=True)

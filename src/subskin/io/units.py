@@ -132,6 +132,8 @@ def quantity(value: object, to: str, name: str) -> float:
     ...     print(error)
     depth: unit "milimeter": no unit "milimeter" is known. Fix: did you mean "millimeter".
     """
+    if type(value) is float and math.isfinite(value):
+        return value
     fix = f'write e.g. "{_example(to)}"' + (f", or a bare number in {to}" if to else "")
     seen = f"{name} = {_short(value)}"
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):

@@ -15,6 +15,8 @@ from ..io.tables import TableWriter
 from .recording.files import write_parquet
 from .recording.layout import columns_of
 from .recording.source import RowSource, opened
+from .sinks.lerobot import write_lerobot
+from .sinks.messages import write_bag, write_mcap
 
 __all__ = ["FOLDERS", "KINDS", "check_kind", "convert", "write"]
 
@@ -40,26 +42,12 @@ def _csv(recording: RowSource, target: Path) -> None:
 
 
 def _mcap(recording: RowSource, target: Path, **options: Any) -> None:
-    from .sinks.messages import write_mcap
-
     with replacing(target) as part:
         write_mcap(recording, part, **options)
 
 
-def _rosbag2(recording: RowSource, target: Path, **options: Any) -> None:
-    from .sinks.messages import write_bag
-
-    write_bag(recording, target, **options)
-
-
-def _lerobot(recording: RowSource, target: Path, **options: Any) -> None:
-    from .sinks.lerobot import write_lerobot
-
-    write_lerobot(recording, target, **options)
-
-
 KINDS: dict[str, Callable[..., object]] = {
-    "parquet": _parquet, "csv": _csv, "mcap": _mcap, "rosbag2": _rosbag2, "lerobot": _lerobot,
+    "parquet": _parquet, "csv": _csv, "mcap": _mcap, "rosbag2": write_bag, "lerobot": write_lerobot,
 }  # fmt: skip
 """What a recording can be made into."""
 FOLDERS = {"rosbag2", "lerobot"}

@@ -100,6 +100,8 @@ class Replay:
         self._start = 0.0
         self._first: float | None = None
         self.frames = self.lost = self.bad = 0
+        self.port, self.recorder = self, None
+        """As a live stream has them: the clock is its own, and nothing records it."""
 
     def __iter__(self) -> Iterator[Batch]:
         """What comes out of the chain, step by step.

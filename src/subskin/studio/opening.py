@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import sys
 import threading
+import time
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -108,8 +109,6 @@ def served(studio: Studio, keys: Keys) -> uvicorn.Server:
 
 def _open(server: uvicorn.Server, address: str) -> None:
     """Open the page when the server answers."""
-    import time
-
     while not server.started:
         time.sleep(0.02)
     webbrowser.open(address)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import os
 import re
@@ -237,8 +238,6 @@ def _parts() -> dict[str, bytes]:
 
 async def _made(request: Request, studio: Studio) -> Response:
     """A picture of what a page shows."""
-    import asyncio
-
     kind = request.path_params["kind"]
     if kind not in _PICTURES or int(request.headers.get("content-length") or LARGEST + 1) > LARGEST:
         return PlainTextResponse("SVG or PNG, of a finger", 400)

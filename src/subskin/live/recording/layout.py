@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ... import _check
+from ... import __version__, _check
 from ..._frozen import Frozen
 from ...errors import FileError, InvalidValueError
 from ...io.files import needed
@@ -231,8 +231,6 @@ def versions() -> dict[str, str]:
     >>> sorted(versions())[:2]
     ['machine', 'numba']
     """
-    from ... import __version__
-
     found = {"subskin": __version__, "python": platform.python_version(), "machine": platform.machine()}
     for name in ("numpy", "scipy", "numba", "pyarrow"):
         try:

@@ -6,7 +6,7 @@ import contextlib
 import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,42 +24,17 @@ from .messages import need_log, typestore
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Bag", "is_bag", "opened", "read_bag"]
+__all__ = ["is_bag", "opened", "read_bag"]
 
 _LARGEST = 1 << 26
 """Bytes of a record of MCAP at most, and of what is packed in one."""
 
 
-class Bag(Protocol):
-    """A bag that is open.
-
-    Attributes
-    ----------
-    topics : dict
-        The type of each topic.
-    finger : str
-        The finger file that subskin put in; "" where it did not.
-    left : str
-        What could not be read, known when the messages have ended.
-    """
-
-    topics: dict[str, str]
-    finger: str
-    left: str
-
-    def messages(self, topic: str) -> Iterator[tuple[int, Any]]:
-        """Time [ns since 1970] and content of each message of a topic.
-
-        Parameters
-        ----------
-        topic : str
-            One of `topics`.
-        """
-
-
 @contextlib.contextmanager
-def opened(path: Path) -> Iterator[Bag]:
-    """Open a bag.
+def opened(path: Path) -> Iterator[_Reader | _Mcap]:
+    """Open a bag: `topics` has the type of each, `messages(topic)` gives time [ns since 1970] and content of each.
+
+    `finger` is the finger file that subskin put in, or "", and `left` what could not be read, when messages have ended.
 
     Parameters
     ----------
