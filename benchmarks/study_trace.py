@@ -68,8 +68,8 @@ def traced(run: Any, root: str) -> tuple[Counter[str], Counter[str], int]:
 def drag() -> tuple[Any, Any]:
     """What a move of the hand runs, and what ends the studio."""
     from subskin.studio.client import answered, framed, request_of
+    from subskin.studio.finger import EXAMPLE
     from subskin.studio.studio import Studio
-    from subskin.studio.views.finger import EXAMPLE
 
     studio = Studio()
     touch = {"family": "hertz", "force": 40.0, "angle": 0.2, "position": [1e-3], "half_width": 6e-4}

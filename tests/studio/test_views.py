@@ -25,16 +25,16 @@ from subskin.io.goals_file import parse_goals
 from subskin.live import Bench
 from subskin.live.ports import Robot
 from subskin.memo import ERRATA
+from subskin.studio.answer import FingerAnswers
+from subskin.studio.calibrate import CalibrateView
 from subskin.studio.client import framed
-from subskin.studio.views.answer import FingerAnswers
-from subskin.studio.views.calibrate import CalibrateView
-from subskin.studio.views.design import DesignView
-from subskin.studio.views.fields import QUANTITIES, RANGE, nice, window_of
-from subskin.studio.views.finger import EXAMPLE, FingerView, script_of
-from subskin.studio.views.form import edited, finger_of, form_of
-from subskin.studio.views.memo.view import MemoState, look, tree_of, words_of
-from subskin.studio.views.state import FingerState, Look, Touch, first_touch
-from subskin.studio.views.touches import BenchFeed, fit_told
+from subskin.studio.design import DesignView
+from subskin.studio.fields import QUANTITIES, RANGE, nice, window_of
+from subskin.studio.finger import EXAMPLE, FingerView, script_of
+from subskin.studio.form import edited, finger_of, form_of
+from subskin.studio.memo_view import MemoState, look, tree_of, words_of
+from subskin.studio.state import FingerState, Look, Touch, first_touch
+from subskin.studio.touches import BenchFeed, fit_told
 
 AREA = EXAMPLE.replace("count = 8", 'layout = "grid"\nshape = [3, 3]').replace("[skin]", '[skin]\nkind = "half_space"')
 LAYER = """\
@@ -587,7 +587,7 @@ class Beside(threading.Thread):
 
 def test_goals_on_an_area_are_searched_and_each_design_is_held(monkeypatch):
     context = SimpleNamespace(Pipe=Pipe, Process=Beside)
-    monkeypatch.setattr("subskin.studio.views.design.get_context", lambda _: context)
+    monkeypatch.setattr("subskin.studio.design.get_context", lambda _: context)
     view = DesignView(lambda: None)
     assert {f["key"]: f["value"] for f in view.answer("check", {"text": PAD})["form"]}["touch.area"] == "8 mm .. 6 mm"
     view.answer("start", {"text": PAD})

@@ -22,8 +22,7 @@ from subskin.live.recording import About, opened
 from subskin.live.recording.files import write_parquet
 from subskin.live.recording.rows import rows_of, table_of
 from subskin.live.sinks.bags import read_bag
-from subskin.live.sinks.filled import DEFINITIONS, Filled
-from subskin.live.sinks.messages import typestore
+from subskin.live.sinks.messages import DEFINITIONS, Filled, typestore
 
 from .. import _commands
 from . import _live

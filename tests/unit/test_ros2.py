@@ -15,8 +15,7 @@ import pytest
 
 import subskin as ss
 from subskin.live.recording import About
-from subskin.live.sinks.filled import DEFINITIONS, Filled
-from subskin.live.sinks.messages import typestore
+from subskin.live.sinks.messages import DEFINITIONS, Filled, typestore
 
 from . import _live
 

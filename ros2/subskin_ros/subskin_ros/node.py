@@ -14,7 +14,7 @@ from typing import Any
 
 from subskin.live.recording import About
 from subskin.live.recording.rows import table_of
-from subskin.live.sinks.filled import Filled
+from subskin.live.sinks.messages import Filled
 
 DEPTH = 10
 """Messages that wait for a slow reader."""

@@ -5,9 +5,8 @@ from . import replay as replay
 from .batch import Batch, RingBuffer
 from .bench import Bench
 from .chain import Chain, ChainState
-from .clock import ClockMap, ClockState
 from .events import Event
-from .frames import DeviceFrames
+from .frames import ClockMap, ClockState, DeviceFrames
 from .record import Recorder
 from .replay import Replay
 from .run import Live, live

@@ -13,8 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..io.finger_file import FingerFile
-from .clock import ClockMap, ClockState
-from .frames import DeviceFrames, columns_of
+from .frames import ClockMap, ClockState, DeviceFrames, columns_of
 
 if TYPE_CHECKING:
     from .events import Event

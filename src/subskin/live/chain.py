@@ -21,9 +21,8 @@ from ..io.finger_file import FingerFile
 from ..stream import Pipeline, Tare, Tared
 from ..stream.stage import join
 from .batch import Batch
-from .clock import ClockMap, ClockState
 from .events import Event, Watch, WatchState
-from .frames import DeviceFrames, columns_of, factor_of
+from .frames import ClockMap, ClockState, DeviceFrames, columns_of, factor_of
 
 __all__ = ["COMMANDS", "Chain", "ChainState", "file_of"]
 

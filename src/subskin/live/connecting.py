@@ -9,7 +9,7 @@ from ..errors import FileError, InvalidValueError, SubskinError
 from ..io.finger_file import FingerFile
 from ..io.toml_errors import wrong_in
 from .drivers import Driver, from_table
-from .options import written
+from .drivers.base import written
 from .ports import FilePort, Log, Port, opened
 
 __all__ = ["connected"]

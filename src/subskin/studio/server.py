@@ -22,10 +22,10 @@ from starlette.websockets import WebSocket
 
 from ..errors import SubskinError
 from .client import Client
+from .finger import picture_of
+from .state import FingerState
 from .studio import Studio
 from .view import LARGEST
-from .views.finger import picture_of
-from .views.state import FingerState
 
 __all__ = ["Guard", "Keys", "app_of", "kept_secret"]
 

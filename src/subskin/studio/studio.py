@@ -8,13 +8,13 @@ from typing import Any, Protocol
 
 from ..errors import InvalidValueError
 from ..io.finger_file import load, parse_finger
+from .answer import FingerAnswers
+from .calibrate import CalibrateView
+from .design import DesignView
+from .finger import EXAMPLE, FingerView
+from .live import LiveView
+from .state import FingerState
 from .view import Answer, StudioView
-from .views.answer import FingerAnswers
-from .views.calibrate import CalibrateView
-from .views.design import DesignView
-from .views.finger import EXAMPLE, FingerView
-from .views.live import LiveView
-from .views.state import FingerState
 
 __all__ = ["Studio"]
 
@@ -74,7 +74,7 @@ class Studio:
             There is none.
         """
         if name == "memo" and name not in self._views:
-            from .views.memo.view import MemoView  # what it draws takes a while to import
+            from .memo_view import MemoView  # what it draws takes a while to import
 
             self._views[name] = MemoView()
         if name not in self._views:

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from ..._frozen import Named
 from ...errors import InvalidValueError, SubskinError
-from ..drivers.base import Driver
-from ..options import made, named_among, written
+from ..drivers.base import Driver, made, named_among, written
 
 if TYPE_CHECKING:
     from ...io import FingerFile

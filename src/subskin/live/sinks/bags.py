@@ -18,8 +18,7 @@ from ..batch import Batch
 from ..recording.files import write_parquet
 from ..recording.layout import About, versions
 from ..recording.rows import Counted
-from .filled import DEFINITIONS, TACTILE
-from .messages import need_log, typestore
+from .messages import DEFINITIONS, TACTILE, need_log, typestore
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -15,7 +15,7 @@ from ...errors import FileError, InvalidValueError
 from ...io.files import making
 from ..recording.layout import FRAME, About
 from ..recording.source import RowSource
-from .filled import STATUS
+from .messages import STATUS
 
 if TYPE_CHECKING:
     import pyarrow as pa

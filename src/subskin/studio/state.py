@@ -8,11 +8,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from ..._check import FloatArray
-from ...contact import Contact, LineLoad, LocalContact, PointLoad, families, family_of, local_families, local_family_of
-from ...errors import InvalidValueError
-from ...finger import Finger
-from ..view import FromPage
+from .._check import FloatArray
+from ..contact import Contact, LineLoad, LocalContact, PointLoad, families, family_of, local_families, local_family_of
+from ..errors import InvalidValueError
+from ..finger import Finger
+from .view import FromPage
 
 __all__ = ["FingerState", "Look", "Touch", "Window", "first_touch", "fitting", "pressing"]
 

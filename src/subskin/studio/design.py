@@ -14,14 +14,14 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from ..._check import FloatArray
-from ...design import rank_fingers, search_grid
-from ...design.finger_table import finger_table, legend_of
-from ...design.search import DesignedFinger, DesignGrid, DesignStudy
-from ...design.words import reasons_of, remedies_of, verdict_of
-from ...errors import InvalidValueError, SubskinError
-from ...io.goals_file import GoalsFile, finger_text, parse_goals
-from ..view import StudioView, asked, done
+from .._check import FloatArray
+from ..design import rank_fingers, search_grid
+from ..design.finger_table import finger_table, legend_of
+from ..design.search import DesignedFinger, DesignGrid, DesignStudy
+from ..design.words import reasons_of, remedies_of, verdict_of
+from ..errors import InvalidValueError, SubskinError
+from ..io.goals_file import GoalsFile, finger_text, parse_goals
+from .view import StudioView, asked, done
 
 __all__ = ["DesignView"]
 
@@ -248,7 +248,7 @@ class DesignView(StudioView):
     @asked
     def report(self) -> dict[str, Any]:
         """The report of a search that has ended, as a page."""
-        from ...report import as_html, design_report
+        from ..report import as_html, design_report
 
         if self._study is None or self._file is None:
             raise InvalidValueError("no report", "no search has ended yet", "start the search")

@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from ..._check import FloatArray
-from ..._shown import with_error
-from ...contact import Contact, LocalContact
-from ...errors import SubskinError
-from ...estimate import Status
-from ...io.finger_file import FingerFile
-from ...loads import force_unit
-from ..view import StudioView, asked
+from .._check import FloatArray
+from .._shown import with_error
+from ..contact import Contact, LocalContact
+from ..errors import SubskinError
+from ..estimate import Status
+from ..io.finger_file import FingerFile
+from ..loads import force_unit
 from .form import finger_of
 from .state import FingerState, Touch, fitting, pressing
+from .view import StudioView, asked
 
 __all__ = ["STATUS", "FingerAnswers", "fitted_family", "read", "rows_of", "searched"]
 

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
-from ...finger import Finger
-from ...skin import Skin
-from ...tensor import State
+from .._check import FloatArray
+from ..finger import Finger
+from ..skin import Skin
+from ..tensor import State
 from .state import Touch, Window, pressing
 
 __all__ = [

@@ -12,13 +12,13 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ...decide import SlipVerdict
-from ...errors import SubskinError
-from ...estimate import Status
-from ...io.finger_file import FingerFile
-from ...live.batch import Batch
-from ..view import StudioView
+from ..decide import SlipVerdict
+from ..errors import SubskinError
+from ..estimate import Status
+from ..io.finger_file import FingerFile
+from ..live.batch import Batch
 from .answer import STATUS, rows_of
+from .view import StudioView
 
 __all__ = ["Fed", "Feed", "Track"]
 

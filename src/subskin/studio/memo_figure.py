@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...._check import FloatArray
+from .._check import FloatArray
 
 __all__ = ["Figure", "Number", "curve", "mark", "panel"]
 

@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from ..._check import FloatArray
-from ..._shown import with_error
-from ...calibration import Calibration, calibrate
-from ...errors import FileError
-from ...io.finger_file import FingerFile
-from ...io.tables import Table, read_table
-from ...live.batch import BareChain
-from ...live.bench import Bench
-from ...live.connecting import connected
-from ...live.run import Live
-from ...live.session import BenchState, Said, calibrated
+from .._check import FloatArray
+from .._shown import with_error
+from ..calibration import Calibration, calibrate
+from ..errors import FileError
+from ..io.finger_file import FingerFile
+from ..io.tables import Table, read_table
+from ..live.batch import BareChain
+from ..live.bench import Bench
+from ..live.connecting import connected
+from ..live.run import Live
+from ..live.session import BenchState, Said, calibrated
 from .feed import Feed
 
 __all__ = ["BenchFeed", "TouchesFeed", "fit_told"]

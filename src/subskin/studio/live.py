@@ -10,14 +10,14 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from ...errors import FileError, InvalidValueError, SubskinError
-from ...io.finger_file import FingerFile
-from ...live.record import Recorder
-from ...live.recording.source import opened
-from ...live.replay import Replay
-from ...live.run import live
-from ..view import FromPage, asked, done, drawn
+from ..errors import FileError, InvalidValueError, SubskinError
+from ..io.finger_file import FingerFile
+from ..live.record import Recorder
+from ..live.recording.source import opened
+from ..live.replay import Replay
+from ..live.run import live
 from .feed import Fed, Feed, Track
+from .view import FromPage, asked, done, drawn
 
 __all__ = ["LiveView"]
 

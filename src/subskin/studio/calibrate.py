@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from ...errors import FileError, InvalidValueError
-from ...io.finger_file import FingerFile, save_finger
-from ...io.units import quantity
-from ...live.bench import Bench
-from ...live.session import candidates_of
-from ..view import LARGEST, FromPage, asked, done, drawn
+from ..errors import FileError, InvalidValueError
+from ..io.finger_file import FingerFile, save_finger
+from ..io.units import quantity
+from ..live.bench import Bench
+from ..live.session import candidates_of
 from .feed import Fed
 from .touches import BenchFeed, TouchesFeed
+from .view import LARGEST, FromPage, asked, done, drawn
 
 __all__ = ["CalibrateView"]
 

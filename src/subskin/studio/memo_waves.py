@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from ...._check import FloatArray
-from ....array import SensorArray
-from ....contact import Hertz
-from ....design import Ridges, aliasing_error, best_ridge_pitch, metamers
-from ....finger import Finger
-from ....material import Material
-from ....memo import eq24, eq25, eq25_corrected, eq26, eq26_corrected
-from ....pressing import ContactSolution, ParticleOnFlat, press
-from ....skin import HalfPlane, Round
-from .figure import Figure, Number, curve, mark, panel
+from .._check import FloatArray
+from ..array import SensorArray
+from ..contact import Hertz
+from ..design import Ridges, aliasing_error, best_ridge_pitch, metamers
+from ..finger import Finger
+from ..material import Material
+from ..memo import eq24, eq25, eq25_corrected, eq26, eq26_corrected
+from ..pressing import ContactSolution, ParticleOnFlat, press
+from ..skin import HalfPlane, Round
+from .memo_figure import Figure, Number, curve, mark, panel
 
 __all__ = ["FIGURES"]
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ....contact import FlatPunch, LineLoad, Wedge
-from ....material import Material
-from ....memo import (
+from ..contact import FlatPunch, LineLoad, Wedge
+from ..material import Material
+from ..memo import (
     FIGURE_6,
     eq8,
     eq12,
@@ -27,9 +27,9 @@ from ....memo import (
     eq21_corrected,
     three_sensor,
 )
-from ....memo.three_sensors import Verdict
-from ....skin import HalfPlane
-from .figure import Figure, Number, curve, mark, panel
+from ..memo.three_sensors import Verdict
+from ..skin import HalfPlane
+from .memo_figure import Figure, Number, curve, mark, panel
 
 __all__ = ["FIGURES"]
 

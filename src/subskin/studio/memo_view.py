@@ -13,12 +13,12 @@ from typing import Any
 
 from pydantic import Field
 
-from ....errors import InvalidValueError
-from ....memo import ERRATA
-from ...view import FromPage, StudioView, asked
-from .contacts import FIGURES as CONTACTS
-from .figure import Figure
-from .waves import FIGURES as WAVES
+from ..errors import InvalidValueError
+from ..memo import ERRATA
+from .memo_contacts import FIGURES as CONTACTS
+from .memo_figure import Figure
+from .memo_waves import FIGURES as WAVES
+from .view import FromPage, StudioView, asked
 
 __all__ = ["MemoState", "MemoView", "look", "tree_of", "words_of"]
 

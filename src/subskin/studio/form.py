@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import InvalidValueError
-from ...io.finger_file import FingerFile, parse_finger
-from ...io.units import format_quantity, quantity, rounded
-from ...skin import KINDS
-from ...transducer import kinds
+from ..errors import InvalidValueError
+from ..io.finger_file import FingerFile, parse_finger
+from ..io.units import format_quantity, quantity, rounded
+from ..skin import KINDS
+from ..transducer import kinds
 from .state import first_touch
 
 __all__ = ["edited", "finger_of", "form_of"]

@@ -9,11 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...contact import Contact, LocalContact, families, local_families
-from ...errors import SubskinError
-from ...finger import Finger
-from ...io.finger_file import FingerFile
-from ..view import Answer, StudioView, asked, drawn
+from ..contact import Contact, LocalContact, families, local_families
+from ..errors import SubskinError
+from ..finger import Finger
+from ..io.finger_file import FingerFile
 from .answer import FingerAnswers, fitted_family, read, searched
 from .fields import (
     RANGE,
@@ -34,6 +33,7 @@ from .fields import (
 )
 from .form import edited, finger_of, form_of
 from .state import FingerState, Look, Touch, Window, first_touch, fitting
+from .view import Answer, StudioView, asked, drawn
 
 __all__ = ["EXAMPLE", "FingerShown", "FingerView", "picture_of", "script_of", "shown_of"]
 
@@ -89,8 +89,8 @@ def picture_of(state: FingerState, kind: str) -> bytes:
     SubskinError
         A finger or a touch that cannot be.
     """
-    from ...plot import finger_figure
-    from ...plot.style import encoded
+    from ..plot import finger_figure
+    from ..plot.style import encoded
 
     shown = shown_of(state)
     figure = finger_figure(shown.finger, shown.contact, shown.estimate, component=shown.component)
