@@ -19,7 +19,7 @@ from .._check import FloatArray
 from ..finger import Finger
 from ..skin import Skin
 from ..tensor import State
-from .state import Touch, Window, pressing
+from .state import Look, Touch, Window, pressing
 
 __all__ = [
     "QUANTITIES",
@@ -145,6 +145,52 @@ class UnitFields:
 
     def __init__(self) -> None:
         self._kept: OrderedDict[tuple[Any, ...], FloatArray] = OrderedDict()
+
+    def drawn(
+        self, finger: Finger, touch: Touch, shown: FieldKind, window: Window, how: Look
+    ) -> tuple[list[dict[str, Any]], list[npt.NDArray[np.uint8]], bool]:
+        """The fields of the section and, on an area, from above; whether they are still coarse.
+
+        Parameters
+        ----------
+        finger, touch, shown, window, how
+            What is to be drawn, of which finger, and how it is looked at.
+        """
+        metas, fields, coarse = [], [], False
+        for name, grid in grids(finger, window).items():
+            ridged = finger.skin.ridges is not None  # not the same at every position
+            picture = FieldDrawing(finger.skin, touch, shown, grid)
+            missing = 0 if ridged else len(self.missing(picture))
+            if missing and how.refine and not coarse:
+                self.prepare(picture)
+                missing -= 1
+            if missing and not (how.moving or how.refine) and not touch.local and finger.skin.endless:
+                missing = 0  # a whole field is a matter of milliseconds
+            if ridged or missing:
+                # the map from above changes with the depth of the sensors
+                every = 3 if missing and how.moving and grid.depth is not None else 2
+                coarse, grid = coarse or not ridged, coarse_of(grid, touch, window, every)
+                values = picture._replace(grid=grid).values(touch.components, there=ridged)
+            else:
+                values = self.field(picture)
+            most = nice(float(np.abs(deep_of(values, grid, finger)).max()))
+            values, grid = seen_of(values, grid, touch, window)
+            along, down = grid.along, grid.down
+            across = 0.0 if grid.depth is None else touch.position[1]
+            metas.append(
+                {
+                    "name": name,
+                    "shape": [down[2], along[2]],
+                    "most": most,
+                    "range": RANGE,
+                    "unit": shown.unit,
+                    "label": shown.label,
+                    "x": [touch.position[0] + along[0] - 0.5 * along[1], along[1] * along[2]],
+                    "y": [across + down[0] - 0.5 * down[1], down[1] * down[2]],
+                }
+            )
+            fields.append(quantised(values, most))
+        return metas, fields, coarse
 
     def field(self, picture: FieldDrawing) -> FloatArray:
         """Values of what is shown at the grid's points, in its unit for people, shape (down, along).

@@ -7,30 +7,13 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..contact import Contact, LocalContact, families, local_families
 from ..errors import SubskinError
 from ..finger import Finger
 from ..io.finger_file import FingerFile
 from .answer import FingerAnswers, fitted_family, read, searched
-from .fields import (
-    RANGE,
-    FieldDrawing,
-    FieldKind,
-    UnitFields,
-    coarse_of,
-    deep_of,
-    grids,
-    held,
-    inside,
-    nice,
-    offered,
-    quantised,
-    quantity_of,
-    seen_of,
-    window_of,
-)
+from .fields import UnitFields, held, inside, offered, quantity_of, window_of
 from .form import edited, finger_of, form_of
 from .state import FingerState, Look, Touch, Window, first_touch, fitting
 from .view import Answer, StudioView, asked, drawn
@@ -228,7 +211,7 @@ class FingerView(StudioView):
             shown = quantity_of(state.show, finger, touch)
             contact = touch.contact
             readings = read(state, file, contact)
-            metas, fields, coarse = self._drawn(finger, touch, shown, window, how)
+            metas, fields, coarse = self._fields.drawn(finger, touch, shown, window, how)
             said = {
                 **scene.said,
                 "state": {**state.model_dump(), "touch": touch.model_dump(), "show": shown.name},
@@ -243,46 +226,6 @@ class FingerView(StudioView):
             }
         notes = list(dict.fromkeys(str(one.message) for one in caught)) + ([] if finger.trusted else [_MISFIT])
         return {**said, "notes": notes}, fields
-
-    def _drawn(
-        self, finger: Finger, touch: Touch, shown: FieldKind, window: Window, how: Look
-    ) -> tuple[list[dict[str, Any]], list[npt.NDArray[np.uint8]], bool]:
-        """The fields of the section and, on an area, from above; whether they are still coarse."""
-        metas, fields, coarse = [], [], False
-        for name, grid in grids(finger, window).items():
-            ridged = finger.skin.ridges is not None  # not the same at every position
-            picture = FieldDrawing(finger.skin, touch, shown, grid)
-            missing = 0 if ridged else len(self._fields.missing(picture))
-            if missing and how.refine and not coarse:
-                self._fields.prepare(picture)
-                missing -= 1
-            if missing and not (how.moving or how.refine) and not touch.local and finger.skin.endless:
-                missing = 0  # a whole field is a matter of milliseconds
-            if ridged or missing:
-                # the map from above changes with the depth of the sensors
-                every = 3 if missing and how.moving and grid.depth is not None else 2
-                coarse, grid = coarse or not ridged, coarse_of(grid, touch, window, every)
-                values = picture._replace(grid=grid).values(touch.components, there=ridged)
-            else:
-                values = self._fields.field(picture)
-            most = nice(float(np.abs(deep_of(values, grid, finger)).max()))
-            values, grid = seen_of(values, grid, touch, window)
-            along, down = grid.along, grid.down
-            across = 0.0 if grid.depth is None else touch.position[1]
-            metas.append(
-                {
-                    "name": name,
-                    "shape": [down[2], along[2]],
-                    "most": most,
-                    "range": RANGE,
-                    "unit": shown.unit,
-                    "label": shown.label,
-                    "x": [touch.position[0] + along[0] - 0.5 * along[1], along[1] * along[2]],
-                    "y": [across + down[0] - 0.5 * down[1], down[1] * down[2]],
-                }
-            )
-            fields.append(quantised(values, most))
-        return metas, fields, coarse
 
 
 class FingerScene(NamedTuple):
