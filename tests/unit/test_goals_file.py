@@ -137,7 +137,7 @@ REFUSED = {
     "unit": (GOALS.replace('span = "6 mm"', 'span = "6 N"'), "line 5: [touch] span"),
     "span": (GOALS.replace('span = "6 mm"', 'span = "-6 mm"'), "line 5: [touch] span"),
     "weakest": (GOALS.replace('"20 N/m", "100', '"200 N/m", "100'), "line 3: [touch] force"),
-    "three forces": (GOALS.replace('"20 N/m", ', '"20 N/m", "30 N/m", '), "one force or two"),
+    "three forces": (GOALS.replace('"20 N/m", ', '"20 N/m", "30 N/m", '), "one value, or the two ends"),
     "no accuracy": (GOALS.replace('position = "0.1 mm"\nangle = "3 deg"', ""), "no accuracy is wanted"),
     "few": (GOALS.replace("[4, 5]", "[2, 5]"), "line 10: [room] count = [2, 5]"),
     "fractions": (GOALS.replace("[4, 5]", "[4.5, 5]"), "line 10"),

@@ -189,35 +189,23 @@ def _drift(text: str | None) -> float | None:
 
 
 def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]:
-    """Columns of a table of estimates: those of `Estimate.to_dict`, and with `width` half widths, 0 of lines."""
-    found: Estimate = answers.found
-    if not isinstance(found, Estimate) or found.layout not in (LINE, WIDE):
-        return _other_columns(answers)
-    columns = {"row": answers.rows, **found.to_dict()}
+    """Columns of a table of answers: those of `to_dict`, positions and drags on the axes of the tables.
+
+    With `width` a table of line loads has half widths, which are 0.
+    """
+    found, file = answers.found, answers.file
+    layout = found.layout if isinstance(found, Estimate) else None
+    area, long = layout is not None and layout.dim == 2, layout in (LINE, WIDE)
+    columns = {"row": answers.rows, **(moved(found, file.origin, file.turn) if area else found).to_dict()}
     columns.pop("half_width_std", None)  # the interval says more: readings know the square of a half width
-    if width and not found.layout.wide:
+    if width and layout == LINE:
         columns |= dict.fromkeys(("half_width", "half_width_low", "half_width_high"), found.half_width)
         columns["second_half_width"] = found.second.half_width
     columns["used"] = answers.used
-    for name in columns.keys() & {"position", "second_position"}:
-        columns[name] = columns[name] + answers.file.origin
-    if answers.file.length is not None and not found.relative:
-        columns["newtons"] = columns["force"] * answers.file.length
-    return columns
-
-
-def _other_columns(answers: Answers) -> dict[str, Any]:
-    """Columns of answers about points: those of `to_dict`, positions and drags on the axes of the tables."""
-    found, file = answers.found, answers.file
-    area = isinstance(found, Estimate) and found.layout.dim == 2
-    columns = (moved(found, file.origin, file.turn) if area else found).to_dict()
-    columns = {"row": answers.rows, **columns, "used": answers.used}
-    columns.pop("half_width_std", None)  # the interval says more
-    if area:
-        return columns
-    for name in ("position", "second_position"):
-        if name in columns:
-            columns[name] = columns[name] + answers.file.origin
+    for name in () if area else columns.keys() & {"position", "second_position"}:
+        columns[name] = columns[name] + file.origin
+    if long and file.length is not None and not found.relative:
+        columns["newtons"] = columns["force"] * file.length
     return columns
 
 

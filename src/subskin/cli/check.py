@@ -45,7 +45,6 @@ that costs, on a cylinder under long contacts or on a ball under touches.
 """
 _MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, calibrated"), ("own", "its own skin"))
 
-_SMALL_SHIFT, _SMALL_ANGLE = 0.02, 0.02  # depths, rad: errors that nobody minds
 _ROUNDING = 1e-4
 """Errors below this, in the unit shown, are those of receptive fields tabulated to 1e-9."""
 
@@ -247,7 +246,7 @@ def _verdict(found: design.half_plane.HalfPlaneError, depth: float) -> str:
         said = "has no answer for any of the touches"
     elif lost > few:
         said += f", and has no answer for {lost} of them"
-    minded = (_SMALL_SHIFT * depth, _SMALL_ANGLE)
+    minded = (_LITTLE * depth, _LITTLE)
     worse = (not w <= max(2 * e, small) for w, e, small in zip(worst, least, minded, strict=True))
     if lost > 2 * few or any(worse):
         return f"use the finger's own skin: the half plane {said}"

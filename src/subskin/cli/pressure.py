@@ -12,6 +12,8 @@ from .common import give, refuse_response
 from .options import MEANING, command, frames, option
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from .answers import Answers
 
 _EXAMPLES = """\
@@ -132,28 +134,39 @@ def run_pressure(options: argparse.Namespace) -> int:
 
 
 def _totals(answers: Answers) -> dict[str, Any]:
+    """A row for each frame."""
     from .answers import status_names
 
-    found = answers.found
-    if found.mapper.array.on_area:
-        return _totals_on_area(answers)
-    at = [np.interp(c, found.y, r) for c, r in zip(found.centre, found.resolution, strict=True)]
-    return {
-        "row": answers.rows,
-        "normal_force": found.normal_force,
-        "tangential_force": found.tangential_force,
-        "normal_std": found.normal_std,
-        "tangential_std": found.tangential_std,
-        "angle": found.angle,
-        "angle_std": found.angle_std,
-        "centre": found.centre + answers.file.origin,
-        "centre_std": found.centre_std,
-        "resolution": np.array(at),
-        "status": status_names(found.status),
-        "residual": found.residual,
-        "used": answers.used,
-        **_unit(found, len(answers.rows)),
-    }
+    found, file = answers.found, answers.file
+
+    def told(*names: str) -> dict[str, Any]:
+        return {name: getattr(found, name) for name in names}
+
+    if not found.mapper.array.on_area:
+        at = [np.interp(c, found.y, r) for c, r in zip(found.centre, found.resolution, strict=True)]
+        forces = ("normal_force", "tangential_force", "normal_std", "tangential_std", "angle", "angle_std")
+        own = told(*forces) | {"centre": found.centre + file.origin} | told("centre_std") | {"resolution": np.array(at)}
+    else:
+        force, centre = _turned(found.tangential_force, file.turn), file.on_touches(found.centre)
+        own = {
+            **told("normal_force", "normal_std"), "tangential_y": force[..., 0], "tangential_z": force[..., 1],
+            **told("angle", "angle_std"), "azimuth": np.arctan2(force[..., 1], force[..., 0]),
+            **told("azimuth_std", "moment", "moment_std"), "centre_y": centre[..., 0], "centre_z": centre[..., 1],
+            "centre_std": np.hypot(*np.moveaxis(found.centre_std, -1, 0)) / np.sqrt(2),
+            "resolution": _resolution_at_centre(found),
+        }  # fmt: skip
+    last = {"status": status_names(found.status), **told("residual"), "used": answers.used}
+    return {"row": answers.rows, **own, **last, **_unit(found, len(answers.rows))}
+
+
+def _resolution_at_centre(found: Any) -> npt.NDArray[np.float64]:
+    """Of each image that at the node next to its centre, or at the first node where there is none."""
+    y, z = np.meshgrid(found.y, found.z, indexing="ij")
+    every, at = found.resolution.reshape(len(found.centre), -1), np.zeros(len(found.centre), dtype=np.intp)
+    there = np.isfinite(found.normal_force)
+    away = np.hypot(y - found.centre[there, 0, None, None], z - found.centre[there, 1, None, None])
+    at[there] = away.reshape(int(there.sum()), -1).argmin(axis=1)
+    return np.asarray(every[np.arange(len(every)), at])
 
 
 def _unit(found: Any, rows: int) -> dict[str, Any]:
@@ -177,68 +190,22 @@ def _turned(drag: Any, turn: float) -> Any:
     return drag @ np.array([[c, s], [-s, c]])
 
 
-def _totals_on_area(answers: Answers) -> dict[str, Any]:
-    from .answers import status_names
-
-    found, file = answers.found, answers.file
-    force, centre = _turned(found.tangential_force, file.turn), file.on_touches(found.centre)
-    y, z = np.meshgrid(found.y, found.z, indexing="ij")
-    every, at = found.resolution.reshape(len(answers.rows), -1), np.zeros(len(answers.rows), dtype=np.intp)
-    there = np.isfinite(found.normal_force)
-    away = np.hypot(y - found.centre[there, 0, None, None], z - found.centre[there, 1, None, None])
-    at[there] = away.reshape(int(there.sum()), -1).argmin(axis=1)
-    return {
-        "row": answers.rows,
-        "normal_force": found.normal_force,
-        "normal_std": found.normal_std,
-        "tangential_y": force[..., 0],
-        "tangential_z": force[..., 1],
-        "angle": found.angle,
-        "angle_std": found.angle_std,
-        "azimuth": np.arctan2(force[..., 1], force[..., 0]),
-        "azimuth_std": found.azimuth_std,
-        "moment": found.moment,
-        "moment_std": found.moment_std,
-        "centre_y": centre[..., 0],
-        "centre_z": centre[..., 1],
-        "centre_std": np.hypot(*np.moveaxis(found.centre_std, -1, 0)) / np.sqrt(2),
-        "resolution": every[np.arange(len(every)), at],
-        "status": status_names(found.status),
-        "residual": found.residual,
-        "used": answers.used,
-        **_unit(found, len(answers.rows)),
-    }
-
-
 def _map(answers: Answers) -> dict[str, Any]:
     """A row for each node of each frame that has a contact."""
     there = np.flatnonzero(np.isfinite(answers.found.normal_force))
     found, band = answers.found[there], answers.found[there].pressure_interval
+    nodes = _nodes(found, answers.file)
+    count = nodes["y"].size
+    each = {"pressure": found.pressure, "pressure_low": band[..., 0], "pressure_high": band[..., 1]}
     if found.mapper.array.on_area:
-        nodes = _nodes(found, answers.file)
         drags = _turned(found.shear, answers.file.turn)
-        count = nodes["y"].size
-        return {
-            "row": np.repeat(answers.rows[there], count),
-            **{axis: np.tile(nodes[axis].reshape(-1), len(there)) for axis in "yz"},
-            "pressure": found.pressure.reshape(-1),
-            "pressure_low": band[..., 0].reshape(-1),
-            "pressure_high": band[..., 1].reshape(-1),
-            "shear_y": drags[..., 0].reshape(-1),
-            "shear_z": drags[..., 1].reshape(-1),
-            "shear_std": np.sqrt((found.shear_std**2).mean(axis=-1)).reshape(-1),
-            "resolution": found.resolution.reshape(-1),
-            **_unit(found, count * len(there)),
-        }
-    count = len(found.y)
+        each |= {"shear_y": drags[..., 0], "shear_z": drags[..., 1]}
+        each["shear_std"] = np.sqrt((found.shear_std**2).mean(axis=-1))
+    else:
+        each |= {"shear": found.shear, "shear_std": found.shear_std}
     return {
         "row": np.repeat(answers.rows[there], count),
-        "y": np.tile(found.y + answers.file.origin, len(there)),
-        "pressure": found.pressure.reshape(-1),
-        "pressure_low": band[..., 0].reshape(-1),
-        "pressure_high": band[..., 1].reshape(-1),
-        "shear": found.shear.reshape(-1),
-        "shear_std": found.shear_std.reshape(-1),
-        "resolution": found.resolution.reshape(-1),
+        **{axis: np.tile(at.reshape(-1), len(there)) for axis, at in nodes.items()},
+        **{name: values.reshape(-1) for name, values in (each | {"resolution": found.resolution}).items()},
         **_unit(found, count * len(there)),
     }

@@ -14,9 +14,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidat
 from .. import _check
 from .._declared import Real
 from ..errors import InvalidValueError
-from .units import of_field, quantity, unit_scale
+from .units import line_load, of_field, quantity, unit_scale
 
-__all__ = ["Doubt", "FingerTable", "StrictTable", "doubt_sizes", "one"]
+__all__ = ["Doubt", "FingerTable", "StrictTable", "doubt_sizes", "ends_of", "one"]
 
 LONGEST, RIDGE = 1.0, 0.1
 """Metres from which on a radius or a contact, and a ridge or what is to be told apart, is doubted."""
@@ -33,6 +33,21 @@ def one(unit: str, **bounds: Any) -> PlainValidator:
         return real.one(name, quantity(value, unit, name))
 
     return PlainValidator(convert)
+
+
+def ends_of(value: object, unit: str, name: str, length: float | None = None) -> tuple[float, float]:
+    """One value, or the two ends of a range, in SI; forces in N are divided by the `length` of the contact [m]."""
+    each = value if isinstance(value, list) else [value, value]
+    if len(each) != 2:
+        rule, example = (
+            "one value, or the two ends of a range, are needed",
+            f'"1 {unit}", "2 {unit}"' if unit else "1, 2",
+        )
+        raise InvalidValueError(f"{name} lists {len(each)}", rule, f"{name} = [{example}]")
+    low, high = (line_load(v, length, name) if unit == "N/m" else quantity(v, unit, name) for v in each)
+    if low > high:
+        raise InvalidValueError(f"{name} = {value!r}", "the first has to be <= the second", "swap them")
+    return low, high
 
 
 def _unit_text(value: object, info: ValidationInfo) -> str:

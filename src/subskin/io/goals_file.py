@@ -19,9 +19,23 @@ from ..design.tolerance import SOURCES
 from ..errors import InvalidValueError
 from ..finger import LARGEST, SOFTEST
 from ._parts import SkinTable, build_skin, said_of, transducer_said
-from ._tables import LONGEST, RIDGE, Angle, Doubt, Given, Length, Lengths, Name, Number, StrictTable, doubt_sizes, one
+from ._tables import (
+    LONGEST,
+    RIDGE,
+    Angle,
+    Doubt,
+    Given,
+    Length,
+    Lengths,
+    Name,
+    Number,
+    StrictTable,
+    doubt_sizes,
+    ends_of,
+    one,
+)
 from .toml_errors import Misplaced, read_document, read_text, under
-from .units import format_quantity, line_load, quantity, rounded
+from .units import format_quantity, quantity, rounded
 
 __all__ = ["GoalsFile", "finger_text", "load_goals", "parse_goals"]
 
@@ -49,17 +63,7 @@ class TouchTable(StrictTable):
 
     def told(self) -> tuple[Touches, float]:
         """What the finger is to feel, and the strongest force [N/m, on an area N]."""
-        given = self.force if isinstance(self.force, list) else [self.force, self.force]
-        unit = "N/m" if self.area is None else "N"
-        forces = [
-            line_load(value, self.length, "force") if self.area is None else quantity(value, "N", "force")
-            for value in given
-        ]
-        if len(forces) != 2:
-            rule, fix = "one force or two are needed", f'force = ["20 {unit}", "100 {unit}"]'
-            raise InvalidValueError(f"force lists {len(forces)}", rule, fix)
-        if forces[0] > forces[1]:
-            raise InvalidValueError(f"force = {forces} {unit}", "the weakest comes first", "swap them")
+        forces = ends_of(self.force, "N/m" if self.area is None else "N", "force", self.length)
         if (self.span is None) == (self.area is None):
             seen = "neither span nor area" if self.span is None else "span and area"
             rule = "a row of sensors serves a span, an array on an area serves an area"

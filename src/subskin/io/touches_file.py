@@ -11,10 +11,9 @@ from pydantic import Field, StrictInt, StrictStr
 
 from ..errors import InvalidValueError
 from ..synthetic import ContactShare, RandomTouches
-from ._tables import Given, Name, Number, StrictTable
+from ._tables import Given, Name, Number, StrictTable, ends_of
 from .finger_file import FingerFile, load
 from .toml_errors import read_document, read_text, under
-from .units import line_load, quantity
 
 __all__ = ["CHUNK", "TouchesFile", "load_touches", "parse_touches"]
 
@@ -39,8 +38,8 @@ class LoadTable(StrictTable):
         """The ends of each quantity that is given; forces in N are divided by the `length` of long contacts [m]."""
         units = {"position": "m", "across": "m", "angle": "rad", "azimuth": "rad", "noise": ""}
         given = {name: value for name in units if (value := getattr(self, name)) is not None}
-        ranges = {name: _ends(value, units[name], name) for name, value in given.items()}
-        return ranges | {"force": _ends(self.force, "N" if local else "N/m", "force", length)}
+        ranges = {name: ends_of(value, units[name], name) for name, value in given.items()}
+        return ranges | {"force": ends_of(self.force, "N" if local else "N/m", "force", length)}
 
 
 class ContactShareTable(StrictTable):
@@ -52,7 +51,7 @@ class ContactShareTable(StrictTable):
 
     def told(self) -> ContactShare:
         """The family and its share."""
-        width = None if self.half_width is None else _ends(self.half_width, "m", "half_width")
+        width = None if self.half_width is None else ends_of(self.half_width, "m", "half_width")
         return ContactShare(self.family, self.share, width)
 
 
@@ -178,18 +177,3 @@ def parse_touches(text: str, name: str = "touches.toml", finger: FingerFile | No
         return TouchesFile(document.told(touched), document.precision, document.title, text, touched)
 
     return read_document(text, name, _Document, _NEEDS, make)
-
-
-def _ends(value: object, unit: str, name: str, length: float | None = None) -> tuple[float, float]:
-    """One value, or the two ends of a range, in SI; forces in N are divided by the `length` of the contact [m]."""
-    each = value if isinstance(value, list) else [value, value]
-    if len(each) != 2:
-        rule, example = (
-            "one value, or the two ends of a range, are needed",
-            f'"1 {unit}", "2 {unit}"' if unit else "1, 2",
-        )
-        raise InvalidValueError(f"{name} lists {len(each)}", rule, f"{name} = [{example}]")
-    low, high = (line_load(v, length, name) if unit == "N/m" else quantity(v, unit, name) for v in each)
-    if low > high:
-        raise InvalidValueError(f"{name} = {value!r}", "the first has to be <= the second", "swap them")
-    return low, high

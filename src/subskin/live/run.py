@@ -104,13 +104,15 @@ class Live:
             self._started, self._seen = True, seen
             self._thread.start()
 
-    def record(self, path: str | Path) -> None:
+    def record(self, path: str | Path, *, late: bool = False) -> None:
         """Record all of it, before the first batch is asked for.
 
         Parameters
         ----------
         path : path-like
             The recording, as of `Recorder`.
+        late : bool, optional
+            Record from here on, when batches have been taken: a replay begins with the skin as it is then.
 
         Raises
         ------
@@ -121,7 +123,7 @@ class Live:
         """
         from .record import Recorder
 
-        if self.state is not None or not isinstance(self.chain, Chain):
+        if (self.state is not None and not late) or not isinstance(self.chain, Chain):
             rule = "a recording has all batches of a chain, from the first on"
             raise InvalidValueError(f'record("{path}")', rule, "live(file, port, record=...)")
         epoch = time.time() - self.port.clock()

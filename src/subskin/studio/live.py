@@ -12,7 +12,6 @@ from pydantic import Field
 
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..io.finger_file import FingerFile
-from ..live.record import Recorder
 from ..live.recording.source import opened
 from ..live.replay import Replay
 from ..live.run import live
@@ -120,11 +119,8 @@ class DeviceFeed(Feed):
         if self._live.recorder is not None:
             return
         path = folder / time.strftime("touch-%Y%m%d-%H%M%S.parquet")
-        chain, port = self._live.chain, self._live.port
         try:
-            self._live.recorder = Recorder(
-                path, chain.file, self._live.driver, options=chain.options, epoch=time.time() - port.clock()
-            )
+            self._live.record(path, late=True)
             self.recording, self.fault = str(path), ""
         except (SubskinError, ModuleNotFoundError) as error:
             self.fault = str(error)

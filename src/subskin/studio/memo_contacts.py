@@ -29,7 +29,7 @@ from ..memo import (
 )
 from ..memo.three_sensors import Verdict
 from ..skin import HalfPlane
-from .memo_figure import Figure, Number, curve, mark, panel
+from .memo_figure import Figure, Number, curve, drawn, mark, panel
 
 __all__ = ["FIGURES"]
 
@@ -58,12 +58,10 @@ def _strain(alpha: float, depth: float) -> dict[str, Any]:
         + ", ".join(f"{at:.3g}" for at in sorted(blind))
         + "."
     ]
-    return {
-        "panels": [
-            panel("Strain beneath the load", "position of the sensor from the load, y", "εx E / P", curves, marks=marks)
-        ],
-        "told": told,
-    }
+    return drawn(
+        told,
+        panel("Strain beneath the load", "position of the sensor from the load, y", "εx E / P", curves, marks=marks),
+    )
 
 
 def _three(y: float, alpha: float, depth: float, pitch: float, error: float) -> dict[str, Any]:
@@ -79,18 +77,16 @@ def _three(y: float, alpha: float, depth: float, pitch: float, error: float) -> 
     told += [note.text for note in found.notes]
     f = eq13(readings, at, depth, pitch) / (depth**2 + at**2) ** 4
     marks += [mark("the load", "right", y, 0.0)]
-    return {
-        "panels": [
-            panel(
-                "Roots of eq. (13)",
-                "position of the load, y",
-                "f(y) / (x² + y²)⁴",
-                [curve("f, by eq. (13)", "right", at, f)],
-                marks=marks,
-            )
-        ],
-        "told": told or ["No load explains these readings."],
-    }
+    return drawn(
+        told or ["No load explains these readings."],
+        panel(
+            "Roots of eq. (13)",
+            "position of the load, y",
+            "f(y) / (x² + y²)⁴",
+            [curve("f, by eq. (13)", "right", at, f)],
+            marks=marks,
+        ),
+    )
 
 
 def _vertices(half_width: float, depth: float, theta: float) -> dict[str, Any]:
@@ -115,15 +111,11 @@ def _vertices(half_width: float, depth: float, theta: float) -> dict[str, Any]:
     ]
     most = 4 * load / (np.pi * a)
     ratio = max(abs(c["y"]).max() for c in beneath[:2]) / abs(beneath[2]["y"]).max()
-    return {
-        "panels": [
-            panel("Pressure on the surface", _ALONG, "p / E", surface, low=0.0, high=most),
-            panel(f"Strain at the depth {depth:.3g}", _ALONG, "εx E / P", beneath),
-        ],
-        "told": [
-            f"At this depth the largest strain is {ratio:.2f} of that beneath a line. Deeper, vertices show less."
-        ],
-    }
+    return drawn(
+        [f"At this depth the largest strain is {ratio:.2f} of that beneath a line. Deeper, vertices show less."],
+        panel("Pressure on the surface", _ALONG, "p / E", surface, low=0.0, high=most),
+        panel(f"Strain at the depth {depth:.3g}", _ALONG, "εx E / P", beneath),
+    )
 
 
 def _cylinder(load: float, radius: float) -> dict[str, Any]:
@@ -148,15 +140,11 @@ def _cylinder(load: float, radius: float) -> dict[str, Any]:
         curve("eq. (18) corrected", "right", right * _EDGES, eq18_corrected(P=load, a1=a1, a2=a2, y=right * _EDGES)),
         curve("eq. (18) as printed", "printed", right * _EDGES, eq18(P=load, a1=a1, a2=a2, y=right * _EDGES)),
     ]
-    return {
-        "panels": [
-            panel("Pressure under a cylinder", _ALONG, "p / E", curves, low=0.0),
-            panel("Pressure between two edges", _ALONG, "p / E", edges, low=0.0),
-        ],
-        "told": [
-            f"The printed a is {printed / right:.3g} half widths; it makes {right / printed:.3g} of the true pressure."
-        ],
-    }
+    return drawn(
+        [f"The printed a is {printed / right:.3g} half widths; it makes {right / printed:.3g} of the true pressure."],
+        panel("Pressure under a cylinder", _ALONG, "p / E", curves, low=0.0),
+        panel("Pressure between two edges", _ALONG, "p / E", edges, low=0.0),
+    )
 
 
 def _drag(alpha: float, ripple: float) -> dict[str, Any]:
@@ -164,10 +152,10 @@ def _drag(alpha: float, ripple: float) -> dict[str, Any]:
     shape = np.sqrt(1 - y**2) * (1.1 + ripple * np.sin(4.5 * y) + 0.2 * y)
     p = shape / shape.max()
     curves = [curve("pressure p", "right", y, p), curve("shear q = p tan α", "2", y, np.tan(np.deg2rad(alpha)) * p)]
-    return {
-        "panels": [panel("Drag in proportion to pressure", _ALONG, "traction / largest p", curves)],
-        "told": [f"Everywhere the drag is {abs(np.tan(np.deg2rad(alpha))):.2f} of the pressure."],
-    }
+    return drawn(
+        [f"Everywhere the drag is {abs(np.tan(np.deg2rad(alpha))):.2f} of the pressure."],
+        panel("Drag in proportion to pressure", _ALONG, "traction / largest p", curves),
+    )
 
 
 def _dragged(alpha: float, depth: float) -> dict[str, Any]:
@@ -184,19 +172,17 @@ def _dragged(alpha: float, depth: float) -> dict[str, Any]:
     slopes = [curve("eq. (21) corrected", "right", x, right), curve("eq. (21) as printed", "printed", x, printed)]
     here = float(eq21_corrected(P=1.0, half_width=1.0, x=depth, alpha=lean, E=1.0))
     blind = float(np.sqrt((np.sqrt(5.0) - 1.0) / 2.0))
-    return {
-        "panels": [
-            panel(f"Strain at the depth {depth:.3g} a", "position along the skin, y / a", "εx E a / P", strain),
-            panel(
-                "Slope of the strain beneath the centre",
-                "depth, x / a",
-                "(dεx/dy) E a² / P",
-                slopes,
-                marks=[mark("at this depth", "right", depth, here), mark("blind depth", "bad", blind, 0.0)],
-            ),
-        ],
-        "told": [f"At x = {blind:.3f} a the slope is zero at every angle: a depth to keep sensors away from."],
-    }
+    return drawn(
+        [f"At x = {blind:.3f} a the slope is zero at every angle: a depth to keep sensors away from."],
+        panel(f"Strain at the depth {depth:.3g} a", "position along the skin, y / a", "εx E a / P", strain),
+        panel(
+            "Slope of the strain beneath the centre",
+            "depth, x / a",
+            "(dεx/dy) E a² / P",
+            slopes,
+            marks=[mark("at this depth", "right", depth, here), mark("blind depth", "bad", blind, 0.0)],
+        ),
+    )
 
 
 FIGURES = (

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._check import FloatArray
 
-__all__ = ["Figure", "Number", "curve", "mark", "panel"]
+__all__ = ["Figure", "Number", "curve", "drawn", "mark", "panel"]
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,11 @@ def mark(label: str, kind: str, x: float, y: float = 0.0) -> dict[str, Any]:
 def panel(title: str, x: str, y: str, curves: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
     """Curves on axes; `more` are marks, and low and high of y where these are not those of the curves."""
     return {"title": title, "xlabel": x, "ylabel": y, "curves": curves, "marks": [], **more}
+
+
+def drawn(told: list[str], *panels: dict[str, Any]) -> dict[str, Any]:
+    """What a figure draws, and what it says."""
+    return {"panels": list(panels), "told": told}
 
 
 def _short(values: FloatArray) -> FloatArray:

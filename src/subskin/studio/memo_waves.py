@@ -17,7 +17,7 @@ from ..material import Material
 from ..memo import eq24, eq25, eq25_corrected, eq26, eq26_corrected
 from ..pressing import ContactSolution, ParticleOnFlat, press
 from ..skin import HalfPlane, Round
-from .memo_figure import Figure, Number, curve, mark, panel
+from .memo_figure import Figure, Number, curve, drawn, mark, panel
 
 __all__ = ["FIGURES"]
 
@@ -73,29 +73,27 @@ def _particle(young: float, force: float, wide: float, tall: float) -> dict[str,
         curve("share of the force on the particle", "2", along[seen], np.array(share_of)[seen]),
         curve("share of the particle’s width that is touched", "1", along[seen], np.array(width_of)[seen]),
     ]
-    return {
-        "panels": [
-            panel(
-                "Three skins on a flat with a particle",
-                "position along the skin, y [mm]",
-                "height [µm]",
-                [curve("flat and particle", "body", at, ground), *surfaces],
-                low=-0.6 * tall,
-                high=3.5 * tall,
-            ),
-            panel("Pressure", "position along the skin, y [mm]", "p [kPa]", pressures, low=0.0),
-            panel(
-                "What is estimated of the particle",
-                "log₁₀ of the modulus in MPa",
-                "share [%]",
-                curves,
-                marks=[mark(f"{young:.3g} MPa", "right", float(np.log10(young)), 100 * _share(skins[1], wide))],
-                low=0.0,
-                high=108.0,
-            ),
-        ],
-        "told": told,
-    }
+    return drawn(
+        told,
+        panel(
+            "Three skins on a flat with a particle",
+            "position along the skin, y [mm]",
+            "height [µm]",
+            [curve("flat and particle", "body", at, ground), *surfaces],
+            low=-0.6 * tall,
+            high=3.5 * tall,
+        ),
+        panel("Pressure", "position along the skin, y [mm]", "p [kPa]", pressures, low=0.0),
+        panel(
+            "What is estimated of the particle",
+            "log₁₀ of the modulus in MPa",
+            "share [%]",
+            curves,
+            marks=[mark(f"{young:.3g} MPa", "right", float(np.log10(young)), 100 * _share(skins[1], wide))],
+            low=0.0,
+            high=108.0,
+        ),
+    )
 
 
 def _at(y: FloatArray, found: ContactSolution, values: FloatArray) -> FloatArray:
@@ -133,12 +131,10 @@ def _sampled(pitch: float, width: float) -> dict[str, Any]:
     ]
     marks = [mark("", "1", float(at), float(np.interp(at, y, strain))) for at in sensors]
     share = float(np.abs(found.error).max() / np.abs(strain).max())
-    return {
-        "panels": [
-            panel("What a row of sensors keeps of the strain", "position, y / d", "εx E d / P", curves, marks=marks)
-        ],
-        "told": [f"Where the sensors lie worst, the strain between them is off by {100 * share:.2g} % of the largest."],
-    }
+    return drawn(
+        [f"Where the sensors lie worst, the strain between them is off by {100 * share:.2g} % of the largest."],
+        panel("What a row of sensors keeps of the strain", "position, y / d", "εx E d / P", curves, marks=marks),
+    )
 
 
 def _filter(depth: float, attenuation: float) -> dict[str, Any]:
@@ -150,21 +146,19 @@ def _filter(depth: float, attenuation: float) -> dict[str, Any]:
     ]
     f = float(eq26_corrected(attenuation))
     density = f / np.pi / depth
-    return {
-        "panels": [
-            panel(
-                "Response to a line load, eq. (24)",
-                "position, y",
-                "E εx / P",
-                [curve("h(y)", "right", y, eq24(d=depth, y=y))],
-            ),
-            panel("Its spectrum", "waves per length, s", "H(s)", spectra),
-        ],
-        "told": [
+    return drawn(
+        [
             f"Waves are damped {attenuation:.0f}-fold at f = {f:.3f}: {density * depth:.3f} sensors a depth.",
             f"As printed: f = 10.2 damps {float(eq26(10.2)):.0f}-fold, 3.2 sensors {float(eq26(3.2 * np.pi)):.0f}.",
         ],
-    }
+        panel(
+            "Response to a line load, eq. (24)",
+            "position, y",
+            "E εx / P",
+            [curve("h(y)", "right", y, eq24(d=depth, y=y))],
+        ),
+        panel("Its spectrum", "waves per length, s", "H(s)", spectra),
+    )
 
 
 @lru_cache(maxsize=1)
@@ -180,16 +174,14 @@ def _ridged(pitch: float, half_width: float) -> dict[str, Any]:
     curves = [curve("smooth", "1", y, smooth), curve("ridged", "2", y, ridged)]
     loads = [curve("smooth", "1", y, pressure), curve("ridged", "2", y, ridges.share(y) * pressure)]
     gain = float(np.abs(ridged).max() / np.abs(smooth).max())
-    return {
-        "panels": [
-            panel("Pressure", "position, y / d", "p / p₀", loads, low=0.0),
-            panel("Strain at the depth d", "position, y / d", "εx E / p₀", curves),
-        ],
-        "told": [
+    return drawn(
+        [
             f"The largest strain is {gain:.2f} times that without ridges, at the same peak pressure.",
             f"For waves without end the best pitch is {_best_pitch():.2f} depths, 2π.",
         ],
-    }
+        panel("Pressure", "position, y / d", "p / p₀", loads, low=0.0),
+        panel("Strain at the depth d", "position, y / d", "εx E / p₀", curves),
+    )
 
 
 def _beneath(y: FloatArray, a: float, pitch: float, share: Callable[[FloatArray], FloatArray]) -> FloatArray:
@@ -229,19 +221,17 @@ def _two(apart: float, first: float, second: float, share: float, third: float) 
             told.append(f"The third sensor tells them: {both[2]:.3f} of two points, {single[2]:.3f} of the one.")
     else:
         told.append("No single point reads the same at both sensors.")
-    return {
-        "panels": [
-            panel(
-                "What each sensor reads of a unit point",
-                "position of the point, y / d",
-                "reading / full scale",
-                curves,
-                marks=marks,
-                high=1.3,
-            )
-        ],
-        "told": told,
-    }
+    return drawn(
+        told,
+        panel(
+            "What each sensor reads of a unit point",
+            "position of the point, y / d",
+            "reading / full scale",
+            curves,
+            marks=marks,
+            high=1.3,
+        ),
+    )
 
 
 FIGURES = (
