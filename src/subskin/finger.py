@@ -229,7 +229,7 @@ class Finger(Tabled, Noun):
 
     def _grouped(self, kinds: tuple[Transducer, ...]) -> tuple[_Group, ...]:
         a = self.array
-        ys, zs, depths, widths = (np.asarray(values) for values in (a.y, a.z, a.depth, a.width))
+        ys, zs, depths, widths = map(np.asarray, (a.y, a.z, a.depth, a.width))
         # Gauss-Legendre over the width: the field is analytic within a depth of the sensor, so the error falls
         # geometrically with the number of nodes, at a rate set by width / depth.
         nodes = np.where(widths > 0, np.ceil(8 + 12 * widths / depths), 1).astype(int)
@@ -242,7 +242,7 @@ class Finger(Tabled, Noun):
             t, w = _gauss(count)
             y = ys[index, None] + 0.5 * widths[index, None] * t
             where = (depths[index, None], y, zs[index, None])
-            points = b"".join(values.tobytes() for values in where)
+            points = b"".join([values.tobytes() for values in where])
             if points not in shared:  # the channels of one position feel the same state
                 felt = self.skin.at(*where if a.on_area else where[:2])  # one's own skin may know no z
                 if not callable(felt):

@@ -31,7 +31,7 @@ def _checked(make: _Make) -> _Make:
     @functools.wraps(make)
     def checked(cls: Any, *values: Any, **given: Any) -> Any:
         called = f"{cls.__name__}.{make.__name__}"
-        known = [*named, *(f.name for f in fields(cls) if f.name not in (*named, "y", "z"))]
+        known = named + [f.name for f in fields(cls) if f.name not in (*named, "y", "z")]
         if unknown := {name: value for name, value in given.items() if name not in known}:
             _check.no_options(unknown, ", ".join(known), called)
         try:

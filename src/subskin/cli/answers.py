@@ -46,7 +46,7 @@ class Answers:
     def used(self) -> npt.NDArray[np.str_]:
         """The columns that each row's answer rests on, in one text."""
         patterns, group = np.unique(self.found.used, axis=0, return_inverse=True)
-        names = [" ".join(n for n, on in zip(self.file.names, p, strict=True) if on) for p in patterns]
+        names = [" ".join([n for n, on in zip(self.file.names, p, strict=True) if on]) for p in patterns]
         return np.array(names, dtype=str)[group.reshape(-1)]
 
     def column(self, name: str, why: str) -> npt.NDArray[np.float64]:

@@ -52,7 +52,10 @@ class Command(NamedTuple):
                     parser.add_argument_group(title, text or None) if title else parser.add_mutually_exclusive_group()
                 )
                 groups[of] = made
-            now = {k: v() if k in ("help", "choices") and callable(v) else v for k, v in settings.items()}
+            now = dict(settings)
+            for asked in ("help", "choices"):
+                if callable(now.get(asked)):
+                    now[asked] = now[asked]()
             groups[of].add_argument(*names, **now)
 
 

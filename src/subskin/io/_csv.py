@@ -316,7 +316,9 @@ def _column(cells: Sequence[bytes], texts: list[str] | None = None) -> FloatArra
 
 def csv_head(names: Sequence[str]) -> bytes:
     """The line of names."""
-    return b",".join(map(_quoted, names)) + b"\n"
+    line = ",".join(names)
+    plain = line.count(",") < len(names) and not _MARKS.search(line.replace(",", ""))
+    return (line.encode(errors="replace") if plain else b",".join(map(_quoted, names))) + b"\n"
 
 
 def csv_rows(columns: Mapping[str, npt.NDArray[Any]]) -> bytes:
