@@ -46,7 +46,7 @@ def real(name: str, value: npt.ArrayLike, **limits: Unpack[NumberLimits]) -> Flo
 
     A quantity of pint is converted to the unit; one of another dimension is refused.
     """
-    plain = type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64)
+    plain = type(value) in (float, np.float64) or (type(value) is np.ndarray and value.dtype == np.float64)
     array = np.array(value) if plain else _floats(name, value, limits.get("unit", ""), limits.get("fix", ""))
     above, at_least, at_most = limits.get("above"), limits.get("at_least"), limits.get("at_most")
     low = -LARGEST if at_least is None else at_least
@@ -320,7 +320,7 @@ def each_read_only(*values: npt.ArrayLike) -> list[FloatArray]:
 def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
     """The common shape of the arrays; an error gives each one's."""
     try:
-        return np.broadcast_shapes(*(a.shape for a in arrays.values()))
+        return np.broadcast_shapes(*[a.shape for a in arrays.values()])
     except ValueError:
         seen = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
         raise GeometryError(

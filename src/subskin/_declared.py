@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cache, wraps
 from inspect import Parameter, signature
-from typing import Annotated, Any, Literal, ParamSpec, TypeAlias, TypeVar, Union, Unpack, get_args, get_origin
+from typing import Annotated, Any, Literal, ParamSpec, TypeAlias, TypeVar, Union, Unpack, cast, get_args, get_origin
 
 import numpy as np
 import numpy.typing as npt
@@ -66,7 +66,9 @@ class Real:
 
     def several(self, name: str, value: Any) -> FloatArray:
         """Numbers as an array of any shape."""
-        if type(value) is float or (type(value) is np.ndarray and value.dtype == np.float64 and value.size):
+        if type(value) in (float, np.float64) or (
+            type(value) is np.ndarray and value.dtype == np.float64 and value.size
+        ):
             array = np.array(value)
             if np.minimum.reduce(array, axis=None) >= self._low and np.maximum.reduce(array, axis=None) <= self._high:
                 array.flags.writeable = False
@@ -153,9 +155,9 @@ class Noun(Frozen):
 
     def _common_shape(self) -> tuple[int, ...]:
         """The shape to which the arrays of its fields broadcast; a GeometryError gives each one's."""
-        kind: Any = type(self)
-        fields_of = {name: self.__dict__[name] for name, _ in _of_class(kind)}
-        return _check.broadcast(**{name: one for name, one in fields_of.items() if isinstance(one, np.ndarray)})
+        own, kind = self.__dict__, type(self)
+        rules = _of_class(cast(Any, kind))
+        return _check.broadcast(**{name: own[name] for name, _ in rules if isinstance(own[name], np.ndarray)})
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:

@@ -86,7 +86,7 @@ def with_error(value: float, std: float, unit: str) -> str:
         return f"{value + 0.0:.4g} {unit}".strip()
     power = math.floor(math.log10(std))
     digits = power - (std / 10**power < 3)
-    shown = (f"{round(v, -digits) + 0.0:.{max(-digits, 0)}f}" for v in (value, std))
+    shown = [f"{round(v, -digits) + 0.0:.{max(-digits, 0)}f}" for v in (value, std)]
     return f"{' +- '.join(shown)} {unit}".strip()
 
 

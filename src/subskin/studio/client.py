@@ -70,11 +70,12 @@ def request_of(text: str) -> Request:
         raise Malformed(f"no JSON: {error}") from None
     if not isinstance(said, dict):
         raise Malformed("no object")
-    number, view, do = (said.pop(key, None) for key in ("id", "view", "do"))
+    number, view, do = [said.pop(key, None) for key in ("id", "view", "do")]
     if type(number) is not int or not 0 <= number < 2**53:
         raise Malformed("id")
-    if not all(isinstance(name, str) and 0 < len(name) < 40 for name in (view, do)):
-        raise Malformed("view, do")
+    for name in (view, do):
+        if not (isinstance(name, str) and 0 < len(name) < 40):
+            raise Malformed("view, do")
     _refuse_large(said)
     return Request(number, str(view), str(do), said)
 
