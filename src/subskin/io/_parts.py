@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import MISSING, fields
-from functools import cache
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -124,7 +124,7 @@ def build_skin(table: SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
         return Ridged(skin, **table.ridges.model_dump())
 
 
-@cache
+@lru_cache(maxsize=64)
 def _keys(kind: type[Skin]) -> dict[str, bool]:
     """The keys of a kind of skin, and whether each has to be there."""
     out: dict[str, bool] = {}

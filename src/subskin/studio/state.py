@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -34,13 +34,12 @@ class Touch(FromPage):
     position: Annotated[list[_Length], Field(min_length=1, max_length=2)]
     half_width: float = Field(gt=0.0, le=1.0)
 
-    # kept by a copy too: no copy changes the family, or how many positions there are
-    @cached_property
+    @property
     def local(self) -> bool:
         """Whether it ends along z."""
         return len(self.position) == 2
 
-    @cached_property
+    @property
     def wide(self) -> bool:
         """Whether its family has a width."""
         try:
@@ -55,7 +54,7 @@ class Touch(FromPage):
         drags = (drag * np.cos(self.azimuth), drag * np.sin(self.azimuth)) if self.local else (drag,)
         return np.array([self.force * np.cos(self.angle), *drags])
 
-    @cached_property
+    @property
     def contact(self) -> Contact | LocalContact:
         """What presses; an unknown family raises an InvalidValueError."""
         return pressing(self.family, self.components, self.position, self.half_width if self.wide else None)
