@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from subskin._cold import at_once
 
 _SHARED = Path(__file__).resolve().parents[2] / "shared"
 
@@ -16,6 +19,13 @@ def shared() -> Path:
     if not _SHARED.is_dir():
         pytest.skip("needs the reference values and recordings in ../shared, which do not ship with the project")
     return _SHARED
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_from_the_first_frame() -> Iterator[None]:
+    """Digits do not depend on which loops other tests have had compiled."""
+    with at_once():
+        yield
 
 
 gc.disable()

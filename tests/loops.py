@@ -12,7 +12,7 @@ from multiprocessing import get_context
 import numpy as np
 
 import subskin as ss
-from subskin._compiled import at_once
+from subskin._cold import at_once
 from subskin.estimate.area import InPlaceLocator
 from subskin.measured import MeasuredResponse
 

@@ -10,7 +10,6 @@ import gc
 import inspect
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -22,7 +21,9 @@ import numpy as np
 from numba.core.caching import IndexDataCacheFile
 from numba.core.event import Event, Listener, register
 
-__all__ = ["at_once", "compiled", "is_cached"]
+from ._cold import few
+
+__all__ = ["compiled", "is_cached"]
 
 _ORDERED = {"nsz", "arcp", "contract"}  # not nnan, ninf: NaN and infinity have a meaning in every loop
 _FAST = _ORDERED | {"reassoc"}
@@ -114,9 +115,6 @@ _log = logging.getLogger("subskin")
 class _Plain:
     """What a loop over frames is to be called as, where Numba has found no machine code for its arguments."""
 
-    few = 16
-    """Frames that go in plain Python: up to 0.1 s each takes, where to compile the loop takes 5 to 30 s."""
-
     def __init__(self, loop: Any, at: int) -> None:
         self._loop, self._at, self._gone = loop, at, 0
         self._compile = loop._compile_for_args
@@ -125,7 +123,7 @@ class _Plain:
     def __call__(self, *given: Any) -> Any:
         if not is_cached(self._loop):
             self._gone += len(given[self._at])
-            if self._gone <= self.few:
+            if self._gone <= few():
                 return self._plainly
             _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
         return self._compile(*given)
@@ -161,16 +159,6 @@ def _plainly(value: Any, made: dict[Any, Any]) -> Any:
             **{name: _plainly(part, made) for name, part in vars(value).items() if not isinstance(part, ModuleType)}
         )
     return value
-
-
-@contextmanager
-def at_once() -> Iterator[None]:
-    """Within this context no loop begins in plain Python: what will be in a hurry later is compiled."""
-    before, _Plain.few = _Plain.few, 0
-    try:
-        yield
-    finally:
-        _Plain.few = before
 
 
 _STAMPS: dict[Any, bytes | None] = {}

@@ -19,7 +19,9 @@ import pytest
 from numba.core.event import Listener, install_listener
 
 import subskin as ss
-from subskin._compiled import at_once, is_cached
+from subskin import _cold
+from subskin._cold import at_once
+from subskin._compiled import is_cached
 
 FILES = {
     "__init__": "",
@@ -156,8 +158,9 @@ def test_the_first_frames_after_an_installation_wait_for_no_loop_over_frames(tmp
 
 
 @pytest.fixture
-def inverse(tmp_path):
+def inverse(tmp_path, monkeypatch):
     """A loop of which nothing was kept."""
+    monkeypatch.setattr(_cold, "_FEW", [16])
     path = tmp_path / "inverse.py"
     path.write_text(
         "from subskin._compiled import compiled\n\n@compiled(frames='frames')\ndef inverse(frames, out):\n"

@@ -19,6 +19,7 @@ ORDER = (
     "_check",
     "_presets",
     "_shown",
+    "_cold",
     "_compiled",
     "_lanes",
     "_compiling",

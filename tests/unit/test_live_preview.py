@@ -105,13 +105,13 @@ def test_the_second_process_finds_what_the_compiled_loops_find_and_the_first_kee
             while "force" not in shown and time.monotonic() < after:
                 time.sleep(0.05)
                 shown += capfd.readouterr().err
-        batches = live.take()
+        sent, batches = live.port.sent, live.take()
     force = re.compile(r"force (\S+) \+- (\S+) N/m")
     assert force.search(shown), shown
     assert force.search(shown).groups() == force.search(compiled_answer()).groups()
     assert "PREVIEW" in shown
     raw = np.concatenate([batch.raw for batch in batches])
-    assert len(raw) > 100
+    assert len(raw) >= sent - 1 > 20  # the last may be on its way
     np.testing.assert_allclose(raw[0], FREE, atol=1e-8)
     assert "contact_on" in [event.kind for batch in batches for event in batch.events]
     times = np.concatenate([batch.time for batch in batches])

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._cold import at_once
 from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError
 from ..prepared import Prepared
@@ -110,11 +111,9 @@ class Framewise(ABC):
         >>> import subskin as ss
         >>> row = ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=1e-4)
         >>> locate = ss.Finger(ss.HalfPlane(ss.Material(young=1e6)), row).locator().warm_up()
-        >>> locate([0.0] * 6).status.name
+        >>> ss.Status(locate([0.0] * 6).status).name
         'NO_CONTACT'
         """
-        from .._compiled import at_once
-
         with at_once():
             self._frames(np.asarray(self.array.offset))
         return self

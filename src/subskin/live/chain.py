@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from .._compiled import at_once
+from .._cold import at_once
 from .._frozen import Frozen
 from ..decide import Friction, slip
 from ..errors import GeometryError, InvalidValueError

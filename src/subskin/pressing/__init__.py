@@ -6,7 +6,7 @@ from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, RoundedFla
 from .press import press
 from .scanned import HeightMap, Profile
 from .shapes import Box, BoxCorner, BoxEdge, Pin, RidgedBody, Together
-from .solution import ContactSolution, LocalSolution, PressStatus
+from .solution import ContactSolution, LocalSolution, PressStatus, Solution
 
 __all__ = [
     "Box",
@@ -32,6 +32,7 @@ __all__ = [
     "RoundedFlat",
     "RoundedWedge",
     "SineRidges",
+    "Solution",
     "Sphere",
     "Together",
     "press",

@@ -49,6 +49,16 @@ class Solution(Frozen, Generic[Of]):
     bodies [m], infinite where there is no body, and `slip`, how far the skin has slipped along the body since the start
     or the state before [m]. `case`, `state` and `lateral` are the solver's. What has a direction along the surface is
     one number of a long body, and two along (y, z) on an area.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin, body = ss.HalfPlane(ss.Material(young=0.4e6)), ss.pressing.Cylinder(radius=8e-3)
+    >>> found = ss.press(skin, body, force=40.0, friction=0.3, tangential=4.0)
+    >>> isinstance(found, ss.pressing.Solution), round(found.force, 6), round(found.tangential, 6)
+    (True, 40.0, 4.0)
+    >>> found.certificate.worst < 1e-5
+    True
     """
 
     skin: Skin
@@ -116,7 +126,7 @@ class Solution(Frozen, Generic[Of]):
 
 @dataclass(frozen=True, eq=False)
 class ContactSolution(Solution[float]):
-    """A skin pressed by a long body, as `press` found it: nodes along y, shape (n,)."""
+    """A skin pressed by a long body, as `press` found it: a `Solution` at nodes along y, shape (n,)."""
 
     indenter: Indenter
 
@@ -230,7 +240,7 @@ class ContactSolution(Solution[float]):
 
 @dataclass(frozen=True, eq=False)
 class LocalSolution(Solution[FloatArray]):
-    """A skin pressed on an area by a body, as `press` found it: nodes along y and z, shape (n, k).
+    """A skin pressed on an area by a body, as `press` found it: a `Solution` at nodes along y and z, shape (n, k).
 
     Displacements vanish far away, so that `depth` is always known. `slip` has the shape (n, k, 2).
     """

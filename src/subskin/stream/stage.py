@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._cold import at_once
 from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 
@@ -275,17 +276,18 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
         out: dict[str, Any] = {}
         given: Any = readings
         doubt: Any = None
-        for name, stage in self.stages.items():
-            more = {"doubt": doubt} if doubt is not None and getattr(stage, "takes_doubt", False) else {}
-            if isinstance(stage, Stage):
-                stepped = stage.step(None if state is None else state[name], given, time, **more)
-                left[name], out[name] = both_of(stage, stepped)
-            else:
-                left[name], out[name] = None, stage(given, **more)
-            made = given = out[name]
-            left_over = getattr(made, "readings", None)
-            if left_over is not None:
-                given, doubt = left_over, getattr(made, "doubt", doubt)
+        with at_once():  # however a stream is cut, it gives the same bits
+            for name, stage in self.stages.items():
+                more = {"doubt": doubt} if doubt is not None and getattr(stage, "takes_doubt", False) else {}
+                if isinstance(stage, Stage):
+                    stepped = stage.step(None if state is None else state[name], given, time, **more)
+                    left[name], out[name] = both_of(stage, stepped)
+                else:
+                    left[name], out[name] = None, stage(given, **more)
+                made = given = out[name]
+                left_over = getattr(made, "readings", None)
+                if left_over is not None:
+                    given, doubt = left_over, getattr(made, "doubt", doubt)
         return left, out
 
     def _check(self, state: dict[str, Any] | None) -> None:
@@ -297,9 +299,10 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
 
     def prepare(self) -> None:
         """Prepare each stage; as `Stage.prepare`."""
-        for stage in self.stages.values():
-            if isinstance(stage, Stage):
-                stage.prepare()
+        with at_once():
+            for stage in self.stages.values():
+                if isinstance(stage, Stage):
+                    stage.prepare()
 
     def resumed(self, state: dict[str, Any] | None) -> dict[str, Any] | None:
         """The state of each stage for a stream that begins anew; as `Stage.resumed`."""
