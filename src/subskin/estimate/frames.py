@@ -143,15 +143,17 @@ class Framewise(ABC):
         if not frames.flags.writeable:  # a loop would be compiled once more for an array that is read-only
             frames = frames.copy()
         out = np.empty((len(frames), self._columns))
-        pending = np.ones(len(frames), dtype=bool)
-        used = self._used
+        used, pending = self._used, _NONE
         if self._enough:
             live = frames if self._every else np.ascontiguousarray(frames[:, self._all])
             self._run(live, self._all, out, None if more is None else more[:, self._all])
             if len(out) != len(used):  # batches of a live loop are as long as the one before
                 self._used = used = np.broadcast_to(self._all, frames.shape)
             status = out[:, self._status]
-            pending = status < 0 if status.min(initial=0.0) < 0 else _NONE
+            if (status[0] if len(status) == 1 else status.min(initial=0.0)) < 0:
+                pending = status < 0
+        else:
+            pending = np.ones(len(frames), dtype=bool)
         if pending is not _NONE:
             used = self.array.usable(frames)
             self._run_patterns(frames, used, pending, out, more)

@@ -88,7 +88,7 @@ class Layout(Frozen):
         >>> rows.shape, rows.dtype.names[:5], rows["covariance"].shape
         ((2,), ('y', 'n', 't', 'covariance', 'residual'), (2, 6))
         """
-        return table.view(self.record)[:, 0]
+        return np.ndarray(len(table), self.record, table, 0, table.strides[:1])  # `view` takes twice as long
 
     @property
     def half_width(self) -> int:
