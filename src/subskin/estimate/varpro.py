@@ -215,4 +215,4 @@ def kernel(
 
 _PARTS = ("where", "read", "project", "slopes", "information", "curved", "step", "keep", "climb", "covariance")
 """Each after those that it calls."""
-_INLINE = {"where", "read", "information", "curved", "step", "keep"}
+_INLINE = {"where", "read", "project", "slopes", "information", "curved", "step", "keep"}
