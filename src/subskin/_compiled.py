@@ -23,7 +23,7 @@ from numba.core.event import Event, Listener, register
 
 from ._cold import few
 
-__all__ = ["compiled", "is_cached"]
+__all__ = ["compiled", "formula", "is_cached"]
 
 _ORDERED = {"nsz", "arcp", "contract"}  # not nnan, ninf: NaN and infinity have a meaning in every loop
 _FAST = _ORDERED | {"reassoc"}
@@ -107,6 +107,25 @@ def compiled(
         return loop
 
     return wrap
+
+
+def formula(function: Any) -> Any:
+    """A pure function of an array namespace, `f(xp, ...)`, as loops call it with NumPy, put in place of its calls.
+
+    So do those of the package that it calls.
+
+    Examples
+    --------
+    >>> from subskin.contact.line import line
+    >>> formula(line).py_func(np, 2.0, 0.0)  # F and F' of a line load, two deep
+    ((-0.0, 0.5), (-0.25, -0.0))
+    """
+    known = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        called = known.get(name)
+        if isinstance(called, FunctionType) and called.__module__.startswith(f"{__package__}."):
+            known[name] = formula(called)
+    return compiled(inline=True)(FunctionType(function.__code__, known, function.__name__, function.__defaults__))
 
 
 _log = logging.getLogger("subskin")

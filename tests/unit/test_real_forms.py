@@ -1,13 +1,14 @@
 """Real forms of fields: pure functions that any array namespace can run, and nothing else worked out for a reading."""
 
 import math
-from types import FunctionType, SimpleNamespace
+from types import SimpleNamespace
 
 import numba as nb
 import numpy as np
 import pytest
 
 import subskin as ss
+from subskin._compiled import formula
 from subskin.contact import kernels
 from subskin.skin._riesz import DeferredStrain
 
@@ -43,19 +44,9 @@ def test_forms_run_on_single_numbers(shape):
     np.testing.assert_allclose(np.moveaxis(whole, -1, 0), each, rtol=1e-12)
 
 
-def jitted(function):
-    """A pure function and those of the package that it calls, compiled by Numba as they stand."""
-    seen = dict(function.__globals__)
-    for name in function.__code__.co_names:
-        one = seen.get(name)
-        if isinstance(one, FunctionType) and one.__module__.startswith("subskin."):
-            seen[name] = jitted(one)
-    return nb.njit(FunctionType(function.__code__, seen, function.__name__, function.__defaults__))
-
-
 @pytest.mark.parametrize("disc", [kernels.hertz_disc, kernels.punch_disc, kernels.cone_disc])
 def test_numba_runs_the_same_lines(disc):
-    inner = jitted(disc)
+    inner = formula(disc)
 
     @nb.njit
     def both(x, r2):

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from .._compiled import compiled
+import numpy as np
+
+from .._compiled import compiled, formula
+from .line import line, line_shear
+
+_line, _shear = formula(line), formula(line_shear)
 
 
 @compiled()
@@ -17,22 +22,19 @@ def add_lines(z, loads, out, field):
         x, y = z[k].imag, z[k].real
         pr = pi = dr = di = qr = qi = er = ei = h = 0.0
         for j in range(n):
-            t = y - loads[0, j]
             normal, tangential = loads[1, j], loads[2, j]
-            inverse = 1.0 / (t * t + x * x)
-            a, b = t * inverse, -x * inverse  # 1/z
-            c, d = a * a - b * b, 2.0 * a * b  # 1/z^2
-            pr -= normal * a
-            pi -= normal * b
+            (a, b), (c, d) = _line(np, x, y - loads[0, j])
+            pr += normal * a
+            pi += normal * b
             dr += normal * c
             di += normal * d
-            qr -= tangential * a
-            qi -= tangential * b
+            qr += tangential * a
+            qi += tangential * b
             er += tangential * c
             ei += tangential * d
-            h += tangential * (a * a)
+            h += tangential * _shear(x, a)
         out[0, k] = complex(pr, pi)
         out[1, k] = complex(dr, di)
         out[2, k] = complex(qr, qi)
         out[3, k] = complex(er, ei)
-        field[k] = 2.0 * x * h
+        field[k] = h

@@ -1,17 +1,37 @@
 """The analytic functions that closed forms are made of, each free of cancellation, and integrals where there are none.
 
-Points are z = y + i x [m] about the contact's centre, x >= 0 being the depth.
+Points are z = y + i x [m] about the contact's centre, x >= 0 being the depth. Closed forms are pure functions of an
+array namespace `xp`, NumPy's here: they write nothing in place and do not ask for values. A complex number is the pair
+of its parts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["FAR", "cauchy", "far_shear_field", "gap", "hertz_spectrum", "jinc", "log_ratio", "root", "shear_field"]
+__all__ = [
+    "FAR",
+    "Pair",
+    "cauchy",
+    "far_shear_field",
+    "gap",
+    "hertz_spectrum",
+    "inverse",
+    "jinc",
+    "joined",
+    "log_ratio",
+    "root",
+    "shear_field",
+    "times",
+]
+
+Pair: TypeAlias = tuple[Any, Any]
+"""Real and imaginary part."""
 
 FAR = 40.0
 """Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
@@ -21,46 +41,55 @@ _NEAREST = 1e-140
 """Nearest [m] that a point comes to an end: its square, and a quotient of it, are still numbers."""
 
 
-def root(z: ComplexArray, a: FloatArray, inset: FloatArray | None = None) -> ComplexArray:
-    """sqrt(z^2 - b^2), b = a - inset, about z far away; its cut is the contact itself.
+def times(u: Pair, v: Pair) -> Pair:
+    """The product of two complex numbers."""
+    return u[0] * v[0] - u[1] * v[1], u[0] * v[1] + u[1] * v[0]
 
-    Of two principal roots. In their product all parts of the imaginary one are >= 0; the real one is a
-    difference that loses the little that matters deep beneath the contact, but re * im = x y.
+
+def inverse(u: Pair, share: Any = 1.0) -> Pair:
+    """A share of one over a complex number."""
+    over = share / (u[0] * u[0] + u[1] * u[1])
+    return u[0] * over, -(u[1] * over)
+
+
+def joined(u: Pair) -> ComplexArray:
+    """The array of complex numbers of such parts."""
+    out = np.empty(np.broadcast_shapes(np.shape(u[0]), np.shape(u[1])), dtype=np.complex128)
+    out.real, out.imag = u
+    return out
+
+
+def root(xp: Any, x: Any, y: Any, a: Any, inset: Any = None) -> Pair:
+    """The root s of z^2 - b^2, b = a - inset, that is about z far away; its cut is the contact itself.
+
+    s^2 = A + 2 i B; of the two parts the larger one is a sum, and the other B over it, so that neither is lost.
     """
-    left, right = z - a, z + a
-    if inset is not None:
-        left, right = left + inset, right - inset
-    s: ComplexArray = np.asarray(np.sqrt(left) * np.sqrt(right))
-    np.divide(z.imag * z.real, s.imag, out=s.real, where=s.imag > 0)
-    return s
+    left, right = (y - a, y + a) if inset is None else (y - a + inset, y + a - inset)
+    across, along = xp.abs(x * y), left * right - x * x
+    large = xp.sqrt(0.5 * (xp.sqrt(along * along + 4 * (across * across)) + xp.abs(along)))
+    small, outside = across / xp.maximum(large, _NEAREST), along > 0
+    return xp.copysign(xp.where(outside, large, small), y), xp.where(outside, small, large)
 
 
-def gap(x: FloatArray, from_start: FloatArray, from_end: FloatArray, from_centre: FloatArray) -> ComplexArray:
+def gap(x: Any, from_start: Any, from_end: Any, from_centre: Any) -> Pair:
     """(z - start) (z - end), z^2 - a^2 for a contact: both parts without cancellation deep beneath it."""
-    value = np.empty(np.broadcast_shapes(x.shape, from_start.shape), dtype=np.complex128)
-    value.real = from_start * from_end - x**2
-    value.imag = 2 * x * from_centre
-    return value
+    return from_start * from_end - x * x, 2 * x * from_centre
 
 
-def log_ratio(
-    x: FloatArray, from_start: FloatArray, from_end: FloatArray, from_centre: FloatArray, h: FloatArray
-) -> ComplexArray:
+def log_ratio(xp: Any, x: Any, from_start: Any, from_end: Any, from_centre: Any, h: Any) -> Pair:
     """log((z - end) / (z - start)) for a stretch of half length `h`.
 
     Its imaginary part is the angle that the stretch subtends. The point is given by its depth and its distances along y
     from the start, the end and the centre, which only the caller can find without loss. On the surface at an end the
     angle is pi/2 and the logarithm finite, so that the infinities of neighbouring stretches cancel.
     """
-    to_start = np.maximum(from_start**2 + x**2, _NEAREST**2)
-    to_end = np.maximum(from_end**2 + x**2, _NEAREST**2)
+    to_start = xp.maximum(from_start * from_start + x * x, _NEAREST**2)
+    to_end = xp.maximum(from_end * from_end + x * x, _NEAREST**2)
     ratio = to_end / to_start
     # log1p where the two distances are nearly equal, log where they are not
-    near_one = np.where((ratio > 0.5) & (ratio < 2.0), -4 * h * from_centre / to_start, 0.0)
-    value = np.empty(np.broadcast_shapes(ratio.shape, near_one.shape), dtype=np.complex128)
-    value.real = 0.5 * np.where(near_one == 0, np.log(ratio), np.log1p(near_one))
-    value.imag = np.arctan2(2 * h * x + _TINY, x**2 + from_start * from_end)
-    return value
+    near_one = xp.where((ratio > 0.5) & (ratio < 2.0), -4 * h * from_centre / to_start, 0.0)
+    length = 0.5 * xp.where(near_one == 0, xp.log(ratio), xp.log1p(near_one))
+    return length, xp.atan2(2 * h * x + _TINY, x * x + from_start * from_end)
 
 
 def jinc(x: FloatArray) -> FloatArray:
@@ -78,23 +107,23 @@ def hertz_spectrum(x: FloatArray) -> FloatArray:
     return np.where(small, series, 3 * (np.sin(far) - far * np.cos(far)) / far**3)
 
 
-def shear_field(z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:
+def shear_field(xp: Any, x: Any, f: Pair, df: Pair, surface: bool = True) -> Any:
     """Im(F + i x F'); on the surface Im F, for there F' grows more slowly than 1/x (save at singular points)."""
-    x = z.imag
-    h = np.asarray(f.imag + x * df.real, dtype=np.float64)
-    return h if np.count_nonzero(x) == x.size else np.where(x == 0, f.imag, h)
+    h = f[1] + x * df[0]
+    return xp.where(x == 0, f[1], h) if surface else h
 
 
-def far_shear_field(z: ComplexArray, moments: Sequence[FloatArray]) -> FloatArray:
+def far_shear_field(x: Any, y: Any, moments: Sequence[Any]) -> Any:
     """Im(F + i x F') far away, from the moments m_k = integral of t^k p(t) dt about the origin of z.
 
     F = -sum of m_k / z^(k+1), so F + i x F' = -sum of m_k (y - i k x) / z^(k+2): the part that cancels, i x, is gone.
     """
-    inverse = 1 / z
-    total = np.zeros_like(z)
+    back: Pair = inverse((y, x))
+    total: Pair = (0.0 * y, 0.0 * x)
     for k in reversed(range(len(moments))):
-        total = total * inverse + moments[k] * (z.real - 1j * k * z.imag)
-    return np.asarray(-(total * inverse**2).imag)
+        total = times(total, back)
+        total = total[0] + moments[k] * y, total[1] - k * moments[k] * x
+    return -times(times(back, back), total)[1]
 
 
 # A stretch is mapped to the whole line, t = low + length / (1 + exp(-v)), and summed by the trapezoidal rule. Roots and

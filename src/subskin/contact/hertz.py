@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +14,34 @@ from .._declared import Real
 from ..errors import InvalidValueError
 from ..material import Material
 from .base import Spectrum, Transforms
-from .functions import jinc, root
+from .functions import Pair, inverse, jinc, joined, root, times
 from .spread import SpreadContact, pressing
 
 __all__ = ["Hertz", "PartialSlip"]
+
+
+def hertz(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
+    """F = -2 / (z + s) and F' = 2 / (s (z + s)), s = sqrt(z^2 - a^2), of a Hertz contact of unit load."""
+    s = root(xp, x, y, a)
+    w = y + s[0], x + s[1]
+    return inverse(w, -2.0), inverse(times(s, w), 2.0)
+
+
+def sticking(xp: Any, x: Any, y: Any, a: Any, inset: Any, c: Any, sticks: Any) -> tuple[Pair, Pair]:
+    """The same of the drag of one that sticks for |y| < c = a - inset, of unit drag: mu N (F_a - (c/a)^2 F_c).
+
+    mu N = T / (1 - c^2/a^2) is divided out: no difference is left to be small.
+    """
+    s, r = root(xp, x, y, a), root(xp, x, y, a, inset)
+    w, v, both = (y + s[0], x + s[1]), (y + r[0], x + r[1]), (s[0] + r[0], s[1] + r[1])
+    zone = inverse(times(both, times(w, v)), c * c)
+    turned = times(times(zone, (w[0] + r[0], w[1] + r[1])), inverse(times(s, r)))
+    f, df = hertz(xp, x, y, a)
+    return (
+        (f[0] - 2 * xp.where(sticks, zone[0], 0.0), f[1] - 2 * xp.where(sticks, zone[1], 0.0)),
+        (df[0] + 2 * xp.where(sticks, turned[0], 0.0), df[1] + 2 * xp.where(sticks, turned[1], 0.0)),
+    )
+
 
 _WIDEST = 0.3
 """Half width / radius beyond which `from_radius` warns: the parabola that stands for the circle, y^2/(2R), is
@@ -41,6 +65,7 @@ class Hertz(SpreadContact, name="hertz"):
 
     GROWTH = 0.5
     SERIES = (1.0, 1 / 4, 1 / 8, 5 / 64, 7 / 128)
+    FORM = staticmethod(hertz)
 
     @classmethod
     def from_radius(
@@ -84,11 +109,6 @@ class Hertz(SpreadContact, name="hertz"):
             )
             _check.warn(message)
         return cls(force=force, angle=angle, position=position, half_width=a, **parameters)
-
-    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
-        s = root(z, self._a)
-        w = z + s
-        return -2 / w, 2 / (s * w)
 
     def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         return jinc(k * self._a)
@@ -169,13 +189,9 @@ class PartialSlip(Hertz):
         z = self._centred(z)
         normal, tangential, a, c = self.normal_force, self.tangential_force, self._a, self.stick_half_width
         f, df = self.unit_transform(z)
-        # mu N (F_a - (c/a)^2 F_c) with mu N = T / (1 - c^2/a^2) divided out: no difference is left to be small
-        s, r = root(z, a), root(z, a, self._inset)
-        sticks = (c > 0) & (self._slip > 0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            zone = np.where(sticks, c**2 / ((s + r) * (z + s) * (z + r)), 0.0)
-            dzone = np.where(sticks, zone * (z + s + r) / (s * r), 0.0)
-        g, dg = f - 2 * zone, df + 2 * dzone
+            drag = sticking(np, z.imag, z.real, a, self._inset, c, (c > 0) & (self._slip > 0))
+        g, dg = (joined(part) for part in drag)
         h = self.unit_shear_field(z, g, dg)
         return Transforms(normal * f, normal * df, tangential * g, tangential * dg, tangential * h)
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
 from ..errors import ConvergenceError
 from .base import Contact, ContactSum, Transforms
+from .functions import Pair, inverse, times
 from .profile import PressureProfile
 from .spread import ProportionalContact
 
@@ -18,6 +19,17 @@ __all__ = ["LineLoad", "LineLoads", "line_loads"]
 
 # From here on a compiled sum is worth the time that it takes to load it.
 _MANY_LOADS, _MANY_POINTS = 8, 4096
+
+
+def line(xp: Any, x: Any, y: Any) -> tuple[Pair, Pair]:
+    """F = -1/z and F' = 1/z^2 of a line load of unit force (memo eqs. 1 to 4)."""
+    r: Pair = inverse((y, x))
+    return (-r[0], -r[1]), times(r, r)
+
+
+def line_shear(x: Any, re: Any) -> Any:
+    """Im(F + i x F') of it, 2 x y^2 / r^4, from the real part of F."""
+    return 2 * x * re * re
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +46,10 @@ class LineLoad(ProportionalContact, name="line"):
     """
 
     GROWTH = np.nan  # it has no width
-
-    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
-        r = 1 / z
-        return -r, r * r
+    FORM = staticmethod(line)
 
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
-        return np.asarray(2 * z.imag * (z.real * (f.real**2 + f.imag**2)) ** 2, dtype=np.float64)
+        return np.asarray(line_shear(z.imag, f.real))
 
     def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         return np.ones_like(k)

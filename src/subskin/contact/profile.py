@@ -12,7 +12,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError
 from .base import Contact, Spectrum, Transforms
-from .functions import FAR, far_shear_field, gap, log_ratio, shear_field
+from .functions import FAR, far_shear_field, gap, inverse, joined, log_ratio, shear_field
 
 __all__ = ["PressureProfile", "spherical_j1"]
 
@@ -108,13 +108,15 @@ class PressureProfile(Contact):
         return Transforms(p, dp, q, dq, h)
 
     def _shear_field(self, z: ComplexArray, q: ComplexArray, dq: ComplexArray) -> FloatArray:
-        h = shear_field(z, q, dq)
+        x = z.imag
+        h = np.asarray(shear_field(np, x, (q.real, q.imag), (dq.real, dq.imag), not x.all()))
         middle = 0.5 * (self.nodes[..., 0] + self.nodes[..., -1])
         reach = self.nodes[..., -1] - middle
         away = np.broadcast_to(z - middle, h.shape)
         far = np.broadcast_to(np.abs(away) > FAR * reach, h.shape)
         if far.any():
-            h[far] = far_shear_field(away[far], [np.broadcast_to(m, h.shape)[far] for m in self._shear_moments(middle)])
+            moments = [np.broadcast_to(m, h.shape)[far] for m in self._shear_moments(middle)]
+            h[far] = far_shear_field(away[far].imag, away[far].real, moments)
         return h
 
     def _shear_moments(self, middle: FloatArray) -> list[FloatArray]:
@@ -201,8 +203,8 @@ class _Stretch(NamedTuple):
         start, end = nodes[..., :-1], nodes[..., 1:]
         h, centre = 0.5 * (end - start), 0.5 * (start + end)
         y, x = z.real, z.imag
-        log = log_ratio(x, y - start, y - end, y - centre, h)
-        kernel = 2 * h / gap(x, y - start, y - end, y - centre)
+        log = joined(log_ratio(np, x, y - start, y - end, y - centre, h))
+        kernel = joined(inverse(gap(x, y - start, y - end, y - centre), 2 * h))
         near = (y - centre) ** 2 + x**2 < (_FAR_ELEMENT * h) ** 2
         w: ComplexArray = np.asarray(h / np.where(near, 1.0, z - centre), dtype=np.complex128)
         square = w * w

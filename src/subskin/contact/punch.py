@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +14,41 @@ from .._declared import Real
 from ..errors import InvalidValueError
 from ..material import Material
 from .base import Spectrum, Transforms
-from .functions import gap, jinc, log_ratio, root
+from .functions import Pair, gap, inverse, jinc, joined, log_ratio, root, times
 from .spread import SpreadContact, pressing, scaled
 
 __all__ = ["FlatPunch", "Strip", "Wedge"]
+
+
+def punch(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
+    """F = -1/s and F' = z/s^3, s = sqrt(z^2 - a^2), of a flat punch of unit load."""
+    s = root(xp, x, y, a)
+    return inverse(s, -1.0), times((y, x), inverse(times(s, times(s, s))))
+
+
+def tilt(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
+    """F = -2 / (s (z + s)) and F' = 2/s^3 of a unit moment on a flat punch."""
+    s = root(xp, x, y, a)
+    return inverse(times(s, (y + s[0], x + s[1])), -2.0), inverse(times(s, times(s, s)), 2.0)
+
+
+def strip(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
+    """F = log((z - a) / (z + a)) / (2 a) and F' = 1 / (z^2 - a^2) of an even pressure of unit load."""
+    length, angle = log_ratio(xp, x, y + a, y - a, y, a)
+    return (length / (2 * a), angle / (2 * a)), inverse(gap(x, y + a, y - a, y))
+
+
+def wedge(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
+    """F = -arcsin(a/z) / a and F' = 1 / (z s) of a blunt wedge of unit load.
+
+    In elliptic coordinates, s = +-n + i m: sums of positive terms only, so that neither part is lost where the other is
+    large (near the surface) or where a/z is near 1 (at the edges).
+    """
+    s = root(xp, x, y, a)
+    n, m, away = xp.abs(s[0]), s[1], xp.abs(y)
+    c = a * m / (m * m + y * y)
+    angle = -xp.copysign(xp.atan2(a * away * (1 + c), n * away + (m + a) * x), y) / a
+    return (angle, xp.log1p(2 * a * m * (1 + c) / (x * x + y * y)) / (2 * a)), inverse(times((y, x), s))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +81,7 @@ class FlatPunch(SpreadContact, name="punch"):
 
     GROWTH = 0.0
     SERIES = (1.0, 1 / 2, 3 / 8, 5 / 16, 35 / 128)
+    FORM = staticmethod(punch)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -65,17 +97,13 @@ class FlatPunch(SpreadContact, name="punch"):
     def _m(self) -> FloatArray:
         return np.asarray(self.moment, dtype=np.float64)
 
-    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
-        s = root(z, self._a)
-        return -1 / s, z / (s * s * s)
-
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         t = super().transforms(z)
         if not self._m.any():
             return t
         z = self._centred(z)
-        s = root(z, self._a)
-        return t._replace(p=t.p - 2 * self._m / (s * (z + s)), dp=t.dp + 2 * self._m / (s * s * s))
+        f, df = (joined(part) for part in tilt(np, z.imag, z.real, self._a))
+        return t._replace(p=t.p + self._m * f, dp=t.dp + self._m * df)
 
     def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         from scipy.special import j0
@@ -118,11 +146,7 @@ class Strip(SpreadContact, name="strip"):
     """
 
     SERIES = (1.0, 1 / 3, 1 / 5, 1 / 7, 1 / 9)
-
-    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
-        a = self._a
-        x, y = z.imag, z.real
-        return log_ratio(x, y + a, y - a, y, a) / (2 * a), 1 / gap(x, y + a, y - a, y)
+    FORM = staticmethod(strip)
 
     def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         return np.asarray(np.sinc(k * self._a / np.pi))
@@ -155,6 +179,7 @@ class Wedge(SpreadContact, name="wedge"):
 
     GROWTH = 1.0
     SERIES = (1.0, 1 / 6, 3 / 40, 5 / 112, 35 / 1152)
+    FORM = staticmethod(wedge)
 
     @classmethod
     def from_angle(
@@ -202,18 +227,6 @@ class Wedge(SpreadContact, name="wedge"):
             _check.warn(message)
         a = pressing(force, angle, "wedge") / (slope * material.plane_strain_modulus)
         return cls(force=force, angle=angle, position=position, half_width=a)
-
-    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
-        # arcsin(a/z) in elliptic coordinates, s = +-n + i m: sums of positive terms only, so that neither
-        # part is lost where the other is large (near the surface) or where a/z is near 1 (at the edges)
-        a, x, y = self._a, z.imag, z.real
-        s = root(z, a)
-        m, n = s.imag, np.abs(s.real)
-        c = a * m / (m**2 + y**2)
-        f = np.empty(c.shape, dtype=np.complex128)
-        f.real = -np.copysign(np.arctan2(a * np.abs(y) * (1 + c), n * np.abs(y) + (m + a) * x), y) / a
-        f.imag = np.log1p(2 * a * m * (1 + c) / (x**2 + y**2)) / (2 * a)
-        return f, 1 / (z * s)
 
     def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         # a wedge is made of punches of all half widths up to a: the mean of their J0, by Struve functions

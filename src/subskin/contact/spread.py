@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, ClassVar, Self
 
@@ -14,7 +15,7 @@ from .._check import ComplexArray, FloatArray
 from .._declared import Noun, Real
 from ..errors import GeometryError, InvalidValueError
 from .base import Contact, Spectrum, Transforms
-from .functions import FAR, cauchy, far_shear_field, shear_field
+from .functions import FAR, Pair, cauchy, far_shear_field, joined, shear_field
 
 __all__ = ["ProportionalContact", "SpreadContact", "scaled"]
 
@@ -66,6 +67,9 @@ class ProportionalContact(Contact, Noun):
 
     GROWTH: ClassVar[float | None] = None
     """Power of the normal force with which a pressed body's half width grows; None where no body is meant."""
+
+    FORM: ClassVar[Callable[..., tuple[Pair, Pair]] | None] = None
+    """F and F' of unit resultant at y + i x as a pure function (xp, x, y, half width), where there is a closed form."""
 
     force: Annotated[npt.ArrayLike, Real("N/m", at_least=0.0, fix="turn the angle instead")]
     angle: Annotated[npt.ArrayLike, _ANGLE] = 0.0
@@ -130,11 +134,20 @@ class ProportionalContact(Contact, Noun):
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray] | None:
         """F and dF/dz at `z` [m] of the pressure with unit resultant, centred at 0; None without a closed form."""
-        return None
+        if self.FORM is None:
+            return None
+        f, df = self.FORM(np, z.imag, z.real, *self._sizes)
+        return joined(f), joined(df)
+
+    @property
+    def _sizes(self) -> tuple[FloatArray, ...]:
+        """What `FORM` takes besides points."""
+        return ()
 
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:
         """Im(F + i x F') of `unit_transform`, `f` and `df` at `z`; a subclass replaces it where these cancel."""
-        return shear_field(z, f, df)
+        x = z.imag
+        return np.asarray(shear_field(np, x, (f.real, f.imag), (df.real, df.imag), not x.all()))
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         z = self._centred(z)
@@ -257,6 +270,10 @@ class SpreadContact(ProportionalContact):
     def _a(self) -> FloatArray:
         return np.asarray(self.half_width, dtype=np.float64)
 
+    @property
+    def _sizes(self) -> tuple[FloatArray, ...]:
+        return (self._a,)
+
     def _unit_moments(self, a: FloatArray) -> list[FloatArray]:
         """The moments of the shear with unit resultant, for the half widths `a`."""
         zero = np.zeros_like(a)
@@ -270,7 +287,8 @@ class SpreadContact(ProportionalContact):
         far = np.broadcast_to(far, h.shape)
         if self.SERIES:
             moments = [np.broadcast_to(m, h.shape)[far] for m in self._unit_moments(self._a)]
-            h[far] = far_shear_field(np.broadcast_to(z, h.shape)[far], moments)
+            away = np.broadcast_to(z, h.shape)[far]
+            h[far] = far_shear_field(away.imag, away.real, moments)
         else:
             h[far] = cauchy(self.unit_pressure, self.breaks - np.asarray(self.position)[..., None], z)[2][far]
         return h

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray, each_read_only, read_only
 from ..contact.base import Contact
+from ..contact.functions import Pair
 from ..contact.local import LocalContact
 from ..material import Material
 from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
@@ -186,14 +187,27 @@ class _PlaneState(State):
         At nu = 1/2 the difference of the stresses alone strains the skin. Near the surface it is a small part of
         either, and would be lost in them.
         """
-        skin, (mean, half, xy) = self.__dict__["_skin"], self.__dict__["_fields"]
-        e, nu = skin.material.young, skin.material.poisson
-        turned = (1 + nu) / e * half
-        if skin.plane == "strain":
-            widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, np.zeros(mean.shape)
-        else:
-            widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
-        return Strain(widened - turned, widened + turned, zz, (1 + nu) / e * xy)
+        skin, fields = self.__dict__["_skin"], self.__dict__["_fields"]
+        return Strain(*plane_strains(*fields, skin.material.young, skin.material.poisson, skin.plane == "strain"))
+
+
+def plane_stresses(
+    xp: Any, x: Any, p: Pair, dp: Pair, q: Pair, dq: Pair, hq: Any, surface: bool = True
+) -> tuple[Any, Any, Any]:
+    """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy of a half plane from the transforms (docs/theory.md)."""
+    if surface:  # there F' grows more slowly than 1/x
+        dp, dq = ((xp.where(x == 0, 0.0, d[0]), xp.where(x == 0, 0.0, d[1])) for d in (dp, dq))
+    return (q[0] - p[1]) / np.pi, (q[0] - x * dq[1] - x * dp[0]) / np.pi, (x * dp[1] - hq) / np.pi
+
+
+def plane_strains(mean: Any, half: Any, xy: Any, e: Any, nu: Any, long: bool) -> tuple[Any, Any, Any, Any]:
+    """eps_x, eps_y, eps_z and eps_xy of these by Hooke's law, of a `long` contact or a thin slice."""
+    turned = (1 + nu) / e * half
+    if long:
+        widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, 0.0 * mean
+    else:
+        widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
+    return widened - turned, widened + turned, zz, (1 + nu) / e * xy
 
 
 def _hat_logarithm(count: int) -> FloatArray:
@@ -229,15 +243,12 @@ def _in_blocks(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatA
 
 
 def _fields(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
-    """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (docs/theory.md)."""
+    """`plane_stresses` of a contact; infinite ones are left out."""
+    x = z.imag
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
-        p, dp, q, dq, hq = contact.transforms(z)
-        x = z.imag
-        if surface:  # there F' grows more slowly than 1/x
-            dp, dq = (np.where(x == 0, 0.0, d) for d in (dp, dq))
-        mean = np.asarray((q.real - p.imag) / np.pi)
-        half = np.asarray((q.real - x * dq.imag - x * dp.real) / np.pi)
-        xy = np.asarray((x * dp.imag - hq) / np.pi)
+        *both, hq = contact.transforms(z)
+        fields = plane_stresses(np, x, *((part.real, part.imag) for part in both), hq, surface)
+        mean, half, xy = (np.asarray(part) for part in fields)
     if surface:
         blank_singular(contact, x, z.real, mean, half, xy)
     return mean, half, xy
