@@ -89,3 +89,17 @@ def test_a_local_contact(shape):
     want = form.parts(np, (0, 1), x, y, z, ty, tz, *form.sizes)
     found = form.parts(strict, (0, 1), *arrays(x, y, z, ty, tz), *arrays(*form.sizes))
     np.testing.assert_allclose([numbers(pair) for pair in found], want, rtol=1e-12)
+
+
+def test_a_contact_of_ones_own_gives_its_form():
+    class Own(ss.contact.SpreadContact):
+        SERIES, FORM = ss.Hertz.SERIES, staticmethod(hertz.hertz)
+
+        def unit_pressure(self, y):
+            return ss.Hertz(1.0, half_width=self.half_width).pressure(y)
+
+        def unit_spectrum(self, k):
+            return ss.Hertz(1.0, half_width=self.half_width).spectrum(k).p.real
+
+    skin, given = ss.HalfPlane(ss.Material(0.4e6)), {"force": 3.0, "angle": 0.2, "half_width": A}
+    np.testing.assert_array_equal(skin.strain(Own(**given), X, Y).matrix, skin.strain(ss.Hertz(**given), X, Y).matrix)

@@ -54,8 +54,9 @@ def inverse(u: Pair, share: Any = 1.0) -> Pair:
 
 def joined(u: Pair) -> ComplexArray:
     """The array of complex numbers of such parts."""
-    out = np.empty(np.broadcast_shapes(np.shape(u[0]), np.shape(u[1])), dtype=np.complex128)
-    out.real, out.imag = u
+    re, im = u
+    out = np.empty(re.shape if re.shape == im.shape else (re + im).shape, dtype=np.complex128)
+    out.real, out.imag = re, im
     return out
 
 

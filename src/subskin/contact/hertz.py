@@ -188,10 +188,10 @@ class PartialSlip(Hertz):
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         z = self._centred(z)
         normal, tangential, a, c = self.normal_force, self.tangential_force, self._a, self.stick_half_width
-        f, df = self.unit_transform(z)
         with np.errstate(divide="ignore", invalid="ignore"):
+            press = hertz(np, z.imag, z.real, a)
             drag = sticking(np, z.imag, z.real, a, self._inset, c, (c > 0) & (self._slip > 0))
-        g, dg = (joined(part) for part in drag)
+        f, df, g, dg = (joined(part) for part in (*press, *drag))
         h = self.unit_shear_field(z, g, dg)
         return Transforms(normal * f, normal * df, tangential * g, tangential * dg, tangential * h)
 

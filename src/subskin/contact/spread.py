@@ -159,12 +159,12 @@ class ProportionalContact(Contact, Noun):
                 seen, rule = f"{who}.unit_transform gave {_check.shown(closed)}", "F and dF/dz are needed, or None"
                 raise InvalidValueError(seen, rule, "return f, df")
             f, df = closed
-            full, foreign = np.broadcast_shapes(z.shape, self.shape), not type(self).__module__.startswith(_OURS)
-            if foreign:
+            if type(self).__module__.startswith(_OURS):
+                h = self.unit_shear_field(z, f, df)
+            else:
+                full = np.broadcast_shapes(z.shape, self.shape)
                 f, df = (_check.returned(f"{who}.unit_transform", part, full) for part in closed)
-            h = self.unit_shear_field(z, f, df)
-            if foreign:
-                h = _check.returned(f"{who}.unit_shear_field", h, full)
+                h = _check.returned(f"{who}.unit_shear_field", self.unit_shear_field(z, f, df), full)
         normal, tangential = self.components[..., 0], self.components[..., 1]
         return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
 
@@ -226,7 +226,7 @@ _WIDTH = "give half of the contact's width in metres; one of no width is a LineL
 class SpreadContact(ProportionalContact):
     """A symmetric contact on |y - position| <= half_width.
 
-    A subclass gives `unit_pressure` and `unit_spectrum`. One with a closed form adds `unit_transform`, and `SERIES`,
+    A subclass gives `unit_pressure` and `unit_spectrum`. One with a closed form adds it as `FORM`, and `SERIES`,
     the even moments of its pressure for unit resultant and unit half width (docs/theory.md): F = -(1/z) sum of
     SERIES[k] (a/z)^(2k). Far away they take the place of the closed form where that would cancel. One with a name,
     `class Mine(SpreadContact, name="mine")`, is a family that fits, decisions and simulations know.

@@ -187,8 +187,9 @@ class _PlaneState(State):
         At nu = 1/2 the difference of the stresses alone strains the skin. Near the surface it is a small part of
         either, and would be lost in them.
         """
-        skin, fields = self.__dict__["_skin"], self.__dict__["_fields"]
-        return Strain(*plane_strains(*fields, skin.material.young, skin.material.poisson, skin.plane == "strain"))
+        skin, (mean, half, xy) = self.__dict__["_skin"], self.__dict__["_fields"]
+        e, nu = skin.material.young, skin.material.poisson
+        return Strain(*plane_strains(mean, half, xy, e, nu, skin.plane == "strain"))
 
 
 def plane_stresses(
@@ -246,8 +247,9 @@ def _fields(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArra
     """`plane_stresses` of a contact; infinite ones are left out."""
     x = z.imag
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
-        *both, hq = contact.transforms(z)
-        fields = plane_stresses(np, x, *((part.real, part.imag) for part in both), hq, surface)
+        p, dp, q, dq, hq = contact.transforms(z)
+        pairs = [(part.real, part.imag) for part in (p, dp, q, dq)]
+        fields = plane_stresses(np, x, pairs[0], pairs[1], pairs[2], pairs[3], hq, surface)
         mean, half, xy = (np.asarray(part) for part in fields)
     if surface:
         blank_singular(contact, x, z.real, mean, half, xy)
