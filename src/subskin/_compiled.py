@@ -116,7 +116,7 @@ def formula(function: Any) -> Any:
 
     Examples
     --------
-    >>> from subskin.contact.line import line
+    >>> from subskin.contact.functions import line
     >>> formula(line).py_func(np, 2.0, 0.0)  # F and F' of a line load, two deep
     ((-0.0, 0.5), (-0.25, -0.0))
     """

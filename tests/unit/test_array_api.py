@@ -6,7 +6,7 @@ import pytest
 from tests.unit.test_real_forms import SHAPES
 
 import subskin as ss
-from subskin.contact import functions, hertz, line, punch
+from subskin.contact import functions, hertz, punch
 from subskin.contact.functions import joined, shear_field
 from subskin.skin.half_plane import plane_strains, plane_stresses
 
@@ -38,7 +38,7 @@ def test_a_long_contact(kind):
     z = Y + 1j * X
     for part, whole in zip((f, df), contact.unit_transform(z), strict=True):
         np.testing.assert_allclose(joined(numbers(part)), whole, rtol=1e-12)
-    h = line.line_shear(x, f[0]) if kind == "line" else shear_field(strict, x, f, df)
+    h = functions.line_shear(x, f[0]) if kind == "line" else shear_field(strict, x, f, df)
     none = arrays(0 * X, 0 * X)
     for drag in (False, True):
         given = (none, none, f, df, h) if drag else (f, df, none, none, none[0])

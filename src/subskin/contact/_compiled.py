@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._compiled import compiled, formula
-from .line import line, line_shear
+from .functions import line, line_shear
 
 _line, _shear = formula(line), formula(line_shear)
 

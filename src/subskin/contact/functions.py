@@ -24,6 +24,8 @@ __all__ = [
     "inverse",
     "jinc",
     "joined",
+    "line",
+    "line_shear",
     "log_ratio",
     "root",
     "shear_field",
@@ -58,6 +60,17 @@ def joined(u: Pair) -> ComplexArray:
     out = np.empty(re.shape if re.shape == im.shape else (re + im).shape, dtype=np.complex128)
     out.real, out.imag = re, im
     return out
+
+
+def line(xp: Any, x: Any, y: Any) -> tuple[Pair, Pair]:
+    """F = -1/z and F' = 1/z^2 of a line load of unit force (memo eqs. 1 to 4; `ProportionalContact`)."""
+    r: Pair = inverse((y, x))
+    return (-r[0], -r[1]), times(r, r)
+
+
+def line_shear(x: Any, re: Any) -> Any:
+    """Im(F + i x F') of it, 2 x y^2 / r^4, from the real part of F."""
+    return 2 * x * re * re
 
 
 def root(xp: Any, x: Any, y: Any, a: Any, inset: Any = None) -> Pair:

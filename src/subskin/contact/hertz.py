@@ -21,7 +21,7 @@ __all__ = ["Hertz", "PartialSlip"]
 
 
 def hertz(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
-    """F = -2 / (z + s) and F' = 2 / (s (z + s)), s = sqrt(z^2 - a^2), of a Hertz contact of unit load."""
+    """F = -2 / (z + s) and F' = 2 / (s (z + s)), s^2 = z^2 - a^2, of unit load (memo eq. 16; `ProportionalContact`)."""
     s = root(xp, x, y, a)
     w = y + s[0], x + s[1]
     return inverse(w, -2.0), inverse(times(s, w), 2.0)

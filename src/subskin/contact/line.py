@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
 from ..errors import ConvergenceError
 from .base import Contact, ContactSum, Transforms
-from .functions import Pair, inverse, times
+from .functions import line, line_shear
 from .profile import PressureProfile
 from .spread import ProportionalContact
 
@@ -19,17 +19,6 @@ __all__ = ["LineLoad", "LineLoads", "line_loads"]
 
 # From here on a compiled sum is worth the time that it takes to load it.
 _MANY_LOADS, _MANY_POINTS = 8, 4096
-
-
-def line(xp: Any, x: Any, y: Any) -> tuple[Pair, Pair]:
-    """F = -1/z and F' = 1/z^2 of a line load of unit force (memo eqs. 1 to 4)."""
-    r: Pair = inverse((y, x))
-    return (-r[0], -r[1]), times(r, r)
-
-
-def line_shear(x: Any, re: Any) -> Any:
-    """Im(F + i x F') of it, 2 x y^2 / r^4, from the real part of F."""
-    return 2 * x * re * re
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ __all__ = ["FlatPunch", "Strip", "Wedge"]
 
 
 def punch(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
-    """F = -1/s and F' = z/s^3, s = sqrt(z^2 - a^2), of a flat punch of unit load."""
+    """F = -1/s and F' = z/s^3, s = sqrt(z^2 - a^2), of unit load (memo eq. 14; `ProportionalContact`)."""
     s = root(xp, x, y, a)
     return inverse(s, -1.0), times((y, x), inverse(times(s, times(s, s))))
 
@@ -33,13 +33,13 @@ def tilt(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
 
 
 def strip(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
-    """F = log((z - a) / (z + a)) / (2 a) and F' = 1 / (z^2 - a^2) of an even pressure of unit load."""
+    """F = log((z - a) / (z + a)) / (2 a) and F' = 1 / (z^2 - a^2) (docs/theory.md; `ProportionalContact`)."""
     length, angle = log_ratio(xp, x, y + a, y - a, y, a)
     return (length / (2 * a), angle / (2 * a)), inverse(gap(x, y + a, y - a, y))
 
 
 def wedge(xp: Any, x: Any, y: Any, a: Any) -> tuple[Pair, Pair]:
-    """F = -arcsin(a/z) / a and F' = 1 / (z s) of a blunt wedge of unit load.
+    """F = -arcsin(a/z) / a and F' = 1 / (z s) of unit load (memo eq. 15; `ProportionalContact`).
 
     In elliptic coordinates, s = +-n + i m: sums of positive terms only, so that neither part is lost where the other is
     large (near the surface) or where a/z is near 1 (at the edges).

@@ -45,9 +45,10 @@ def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
 class ProportionalContact(Contact, Noun):
     """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle), by definition.
 
-    A subclass gives `unit_pressure` and `unit_spectrum`, for N = 1 N/m at position 0, and
-    `unit_transform` where it has a closed form. One with a part that is not proportional (a punch's moment, a zone that
-    sticks) adds it in `transforms`, `spectrum`, `pressure` and `shear`.
+    A subclass gives `unit_pressure` and `unit_spectrum`, for N = 1 N/m at position 0. Where it has a closed form, that
+    is its `FORM`, a pure function of an array namespace `xp`, the depth `x` and the distance `y` from the centre [m],
+    and the half width `a` [m]: F and F', each as its real and imaginary part. One with a part that is not proportional
+    (a punch's moment, a zone that sticks) adds it in `transforms`, `spectrum`, `pressure` and `shear`.
 
     Parameters
     ----------
