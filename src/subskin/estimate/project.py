@@ -194,7 +194,7 @@ def _climbed(w, table, model, cone, ends, apart, digits, score, at, fits):
 
     digits: what S is known to.
     """
-    fine, trial = max(1e-7 if table.ndim == 3 else 1e-5, digits), fits[-1]
+    fine, trial = max(1e-7 if table.ndim == 3 else 1e-6, digits), fits[-1]
     best = second = -1
     for p in range(score.size):
         # a maximum clearly lower than both already found cannot become the best or the rival
