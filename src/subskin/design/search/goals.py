@@ -247,7 +247,7 @@ class Goals(Noun):
 
     @property
     def middle(self) -> tuple[float, float]:
-        """About which rows and arrays stand, (y, z) [m]: the middle of what is touched."""
+        """The middle of what is touched, (y, z) [m], about which rows and arrays stand."""
         return self.touches.middle
 
     @cached_property
