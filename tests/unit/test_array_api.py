@@ -45,7 +45,7 @@ def test_a_long_contact(kind):
         fields = plane_stresses(strict, x, *given)
         state = skin.state(contact.of_components([0.0, 1.0] if drag else [1.0, 0.0], **sizes(contact)), X, Y)
         near = np.abs(z) < functions.FAR * A  # farther away h is a series
-        strains = numbers(plane_strains(*fields, 0.4e6, nu, True))[:, near]
+        strains = numbers(plane_strains(strict, *fields, 0.4e6, nu, True))[:, near]
         want = numbers([getattr(state.strain, name) for name in ("xx", "yy", "zz", "xy")])[:, near]
         finite = np.isfinite(want)
         np.testing.assert_allclose(strains[finite], want[finite], rtol=1e-11, atol=1e-13 * np.abs(want[finite]).max())
@@ -103,3 +103,10 @@ def test_a_contact_of_ones_own_gives_its_form():
 
     skin, given = ss.HalfPlane(ss.Material(0.4e6)), {"force": 3.0, "angle": 0.2, "half_width": A}
     np.testing.assert_array_equal(skin.strain(Own(**given), X, Y).matrix, skin.strain(ss.Hertz(**given), X, Y).matrix)
+
+
+@pytest.mark.filterwarnings("ignore::subskin.errors.ValidityWarning")
+def test_along_a_long_contact_nothing_is_strained_even_where_it_is_infinite():
+    strain = ss.HalfPlane(ss.Material(0.4e6)).strain(ss.LineLoad(40.0), [0.0, 1e-3], 0.0)
+    assert np.isnan(strain.xx).tolist() == [True, False]
+    assert strain.zz.tolist() == [0.0, 0.0]

@@ -189,7 +189,7 @@ class _PlaneState(State):
         """
         skin, (mean, half, xy) = self.__dict__["_skin"], self.__dict__["_fields"]
         e, nu = skin.material.young, skin.material.poisson
-        return Strain(*plane_strains(mean, half, xy, e, nu, skin.plane == "strain"))
+        return Strain(*plane_strains(np, mean, half, xy, e, nu, skin.plane == "strain"))
 
 
 def plane_stresses(
@@ -201,11 +201,11 @@ def plane_stresses(
     return (q[0] - p[1]) / np.pi, (q[0] - x * dq[1] - x * dp[0]) / np.pi, (x * dp[1] - hq) / np.pi
 
 
-def plane_strains(mean: Any, half: Any, xy: Any, e: Any, nu: Any, long: bool) -> tuple[Any, Any, Any, Any]:
+def plane_strains(xp: Any, mean: Any, half: Any, xy: Any, e: Any, nu: Any, long: bool) -> tuple[Any, Any, Any, Any]:
     """eps_x, eps_y, eps_z and eps_xy of these by Hooke's law, of a `long` contact or a thin slice."""
     turned = (1 + nu) / e * half
     if long:
-        widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, 0.0 * mean
+        widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, xp.zeros_like(mean)
     else:
         widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
     return widened - turned, widened + turned, zz, (1 + nu) / e * xy
