@@ -43,6 +43,12 @@ def area() -> None:
     ss.decide.slip(tip.locate(tip.read(ss.PointLoad(force=[1.0, 2.0]))), ss.decide.Friction.between(0.4, 0.6))
 
 
+def settled_on_area() -> None:
+    tip = pad()
+    told = ss.Finger(tip.skin, tip.array, tolerances=ss.Tolerances(gain=0.02, depth=0.05, poisson=0.05))
+    told.locate(tip.read(ss.PointLoad(force=[1.0, 2.0])))
+
+
 def round_on_area() -> None:
     tip = pad()
     tip.fit(tip.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3)), "round_hertz")

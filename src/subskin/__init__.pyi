@@ -58,6 +58,7 @@ from .pressing import press
 from .response import tabulate
 from .skin import HalfPlane, HalfSpace, Layer, Layered, Round, Skin
 from .stream import Pipeline, Relaxation, Tare
+from .tolerances import Tolerances
 from .transducer import (
     EnergyDensity,
     LateralStrain,
@@ -112,6 +113,7 @@ __all__ = [
     "Strip",
     "SubskinError",
     "Tare",
+    "Tolerances",
     "Transducer",
     "VolumeResistance",
     "Wedge",

@@ -24,6 +24,7 @@ from .measured import MeasuredResponse
 from .skin.base import Skin
 from .spread import Spread
 from .tensor import State
+from .tolerances import Tolerances
 from .transducer import Transducer
 
 if TYPE_CHECKING:
@@ -110,6 +111,9 @@ class Finger(Tabled, Noun):
     relative : bool, optional
         Whether its forces are multiples of the load of the touches it was calibrated on, which nobody measured, and no
         newtons. `calibrate` says so where it is given no force.
+    tolerances : Tolerances, optional
+        On an area, how far the finger may be from its drawing. `locate` counts it with the noise, frame by frame
+        (docs/locating_area.md); other estimators do not. Without it the finger is exact.
 
     Raises
     ------
@@ -142,6 +146,7 @@ class Finger(Tabled, Noun):
     trusted: bool = True
     measured: MeasuredResponse | None = None
     relative: bool = False
+    tolerances: Tolerances | None = None
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots

@@ -38,6 +38,7 @@ ORDER = (
     "array",
     "spread",
     "measured",
+    "tolerances",
     "finger",
     "prepared",
     "_cell",

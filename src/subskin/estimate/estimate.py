@@ -73,7 +73,9 @@ class _Found(Frozen):
 
     @property
     def half_width(self) -> FloatArray:
-        """Half width a [m], shape (...); 0 of a line."""
+        """Half width a [m], shape (...); 0 of a line and of a point."""
+        if self.layout.sized and self._first == 0:
+            return self.table[..., self.layout.size]
         return self._width(self.layout.wide and not self.layout.aside)
 
     @property

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 
-__all__ = ["AREA", "BESIDE", "LINE", "ROUND", "TWIST", "WIDE", "Layout"]
+__all__ = ["AREA", "BESIDE", "LINE", "ROUND", "SIZED", "TWIST", "WIDE", "Layout"]
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Layout(Frozen):
         Whether what stands there is instead how far a point load presses beside the row [m].
     twist : bool
         Whether a moment about the normal [N m] is among the unknowns.
+    sized : bool
+        Whether the last column is the half width [m] of the touch that was taken, 0 of a point.
 
     Examples
     --------
@@ -44,6 +46,7 @@ class Layout(Frozen):
     wide: bool = False
     aside: bool = False
     twist: bool = False
+    sized: bool = False
     record: np.dtype[np.void] = field(init=False)
     """The same columns as fields, which compiled loops fill by name: `layout.named(table)`."""
     components: int = field(init=False)
@@ -62,7 +65,7 @@ class Layout(Frozen):
         contact += ["half_width"] * self.wide + ["moment"] * self.twist
         k = len(contact)
         fields = [*contact, "covariance", *["low", "high"] * self.wide, "residual"]
-        fields += [*(f"rival_{name}" for name in contact), "rival_chi2", "status"]
+        fields += [*(f"rival_{name}" for name in contact), "rival_chi2", "status", *["size"] * self.sized]
         parts = [(name, float, (k * (k + 1) // 2,) if name == "covariance" else ()) for name in fields]
         record = np.dtype((np.record, parts))  # whose parts plain Python reads by name too
         at = {name: record.fields[name][1] // 8 for name in fields}  # type: ignore[index]
@@ -91,6 +94,11 @@ class Layout(Frozen):
         return np.ndarray(len(table), self.record, table, 0, table.strides[:1])  # `view` takes twice as long
 
     @property
+    def size(self) -> int:
+        """Column of the half width that was taken, where there is one."""
+        return self.columns - 1
+
+    @property
     def half_width(self) -> int:
         """Column of the half width, where there is one."""
         return self.unknowns - 1 - self.twist
@@ -108,5 +116,6 @@ class Layout(Frozen):
 
 LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wide=True, aside=True)
 ROUND, TWIST = Layout(dim=2, wide=True), Layout(dim=2, wide=True, twist=True)
-"""Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, and of one
-that twists as well."""
+SIZED = Layout(dim=2, sized=True)
+"""Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, of one
+that twists as well, and of a point load or a round touch where a point does not explain the readings."""

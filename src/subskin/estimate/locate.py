@@ -101,6 +101,9 @@ def locator(
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
+    if finger.tolerances is not None and (finger.measured is not None or not finger.array.on_area):
+        rule = "they are counted for sensors on an area, which are not calibrated in place"
+        raise InvalidValueError("tolerances of this finger", rule, "replace(finger, tolerances=None)")
     if finger.array.on_area:
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
         return area_locator(finger, family, search, {**others, "moment": moment}, values)

@@ -20,6 +20,7 @@ from ..radial_round import tabulate_round
 from .area import AreaLocator, InPlaceLocator, RoundLocator
 from .area.locator import reach_of, search_of, step_of
 from .area.observable import moment_of, refuse_blind
+from .area.uncertain import Uncertain
 from .estimate import Estimate
 
 __all__ = ["area_locator", "moved", "refuse"]
@@ -36,13 +37,17 @@ def area_locator(
     finger: Finger, family: str | Family | LocalFamily, search: Any, others: dict[str, Any], values: dict[str, Any]
 ) -> AreaLocator | InPlaceLocator:
     """The locator of point loads, or of round contacts, by sensors on an area."""
-    kind: LocalFamily = PointLoad if family == "line" else local_family_of(family)
+    sized = family == "line"  # nothing was said of the touch
+    kind: LocalFamily = PointLoad if sized else local_family_of(family)
     round_kind = kind if issubclass(kind, RoundContact) else None
     if finger.measured is not None:
         if round_kind is not None:
             rule = "a response measured in place knows the contact of its touches alone"
             raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
         return _in_place(finger, finger.measured, search, others, values)
+    if round_kind is not None and finger.tolerances is not None:
+        rule = "only `locate` counts them on an area"
+        raise InvalidValueError("tolerances of a finger in a fit", rule, "replace(finger, tolerances=None)")
     given = dict(others)
     widths, moment = None, None
     if round_kind is not None:
@@ -58,7 +63,9 @@ def area_locator(
         (y, z) = (tuple(ends) for ends in box.tolist())
         options: dict[str, Any] = {"beyond": beyond, **values}
         if round_kind is None:
-            made = AreaLocator(tabulate_radial(finger, reach), finger.array, (y, z), **options)
+            points = tabulate_radial(finger, reach)
+            options["uncertain"] = Uncertain.of(finger, points, reach, sized=sized)
+            made = AreaLocator(points, finger.array, (y, z), **options)
         else:
             depth = float(np.asarray(finger.array.depth).min())
             low, high = widths or (0.0, 1.5 * depth)
@@ -68,7 +75,9 @@ def area_locator(
             made = RoundLocator(response, finger.array, (y, z), (low, high), moment=twist, **options)
         return made.allow_for(finger, float(values["friction"]))
 
-    return prepared(finger).get(("area", kind, tuple(box.reshape(-1)), beyond, widths, moment, *values.values()), make)
+    return prepared(finger).get(
+        ("area", kind, sized, tuple(box.reshape(-1)), beyond, widths, moment, *values.values()), make
+    )
 
 
 def _in_place(

@@ -18,7 +18,7 @@ from ...radial import RadialResponse
 from ...radial_round import RoundResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
-from ..layout import AREA, ROUND, TWIST, Layout
+from ..layout import AREA, ROUND, SIZED, TWIST, Layout
 from ..varpro import Limits
 from .far import INNER, far_from, nodes_of
 from .judge import Beyond, Settings, plain
@@ -27,6 +27,7 @@ from .point import PointModel, laid_out, model_of
 from .round_contact import tables_of
 from .round_project import RoundSearch
 from .tiles import COUNT, NEAR, NODES, STRIDE, Seen, Tiles, boxes_beyond, nodes_beyond, nodes_of_sensors, tiles_of
+from .uncertain import Uncertain, fill_settled
 
 __all__ = ["BEYOND", "AreaLocator", "LocalLocator", "RoundLocator"]
 
@@ -147,6 +148,8 @@ class AreaLocator(LocalLocator):
     beyond : float, optional
         Distance beyond the search [m] at which a load may press as well. Where one there, or at a side of the search,
         comes within `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
+    uncertain : Uncertain, optional
+        What is not known of the finger, and of a touch's size.
     friction, scan_step, false_alarm, ambiguity, outliers
         As of `Locator`; the default step is 0.4 of the least depth.
 
@@ -163,12 +166,16 @@ class AreaLocator(LocalLocator):
         search: tuple[tuple[float, float], tuple[float, float]],
         *,
         beyond: float = 0.0,
+        uncertain: Uncertain | None = None,
         friction: float = 1.0,
         scan_step: float | None = None,
         false_alarm: float = 1e-6,
         ambiguity: float = 13.8,
         outliers: int = 0,
     ) -> None:
+        self._uncertain = uncertain
+        if uncertain is not None:
+            self.layout = SIZED
         super().__init__(
             response, array, search, friction=friction, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
         )
@@ -206,7 +213,21 @@ class AreaLocator(LocalLocator):
         begin, members = nodes_of(held, beyond.nodes[:, :2])
         beyond, ring = beyond._replace(held=begin, members=members), ring._replace(once=1)
         settings = self._settings(array, response, error, least_told_apart(seen, _ALIKE))
-        return sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
+        arrays = sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
+        if self._uncertain is not None:
+            box = np.array(self.search)
+            steps = (np.arange(low, high + 0.5 * self._step, self._step) for low, high in box)
+            inside = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
+            nodes = np.concatenate([inside, beyond.nodes[:, :2]])
+            ends = (box + self._beyond * np.array([-1.0, 1.0])).reshape(-1)
+            arrays += (self._uncertain.to_settle(response, array, pattern, settings, ends, nodes),)
+        return arrays
+
+    def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
+        if self._uncertain is None:
+            self._compiled(frames, *arrays, out)
+        else:
+            fill_settled(self._compiled, frames, arrays, bool(self._uncertain.sizes), out)
 
     def _settings(self, array: SensorArray, response: RadialResponse, error: float, told: float = np.inf) -> Settings:
         """The numbers that the compiled loop goes by; `error` is that of its table."""

@@ -53,13 +53,15 @@ class PointModel(NamedTuple):
     bits: npt.NDArray[np.int64]
 
 
-def laid_out(response: RadialResponse, table: FloatArray) -> tuple[FloatArray, npt.NDArray[Any], int]:
+def laid_out(
+    response: RadialResponse, table: FloatArray, pairs: bool = True
+) -> tuple[FloatArray, npt.NDArray[Any], int]:
     """Tables (kinds, cells, functions, 4, ...) of a response as loops want them, their terms, and the cells of a kind.
 
-    Of harmonics 0 and 1 alone f and g, as `read` takes them, and no terms.
+    Of harmonics 0 and 1 alone f and g, as `read` takes them, and no terms, unless `pairs` is False.
     """
     terms, cells = response.terms, table.shape[1]
-    if response.pair is not None:
+    if pairs and response.pair is not None:
         table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
         terms = terms[:0]
     rows, functions = table.shape[0] * cells, 4 * table.shape[2]

@@ -1,0 +1,261 @@
+"""Compiled: the last step of a fit where the finger, and the size of a touch, are not known exactly.
+
+An error of the finger changes readings in proportion to the load, so what readings leave open is known at a load
+alone. From the best load by the noise a few steps of Gauss and Newton lead to the best one by all errors: those of
+each sensor add to its variance; those that all have in common, each of standard deviation 1, are unknowns of their own,
+with that as a prior; so is the square of the half width, between 0 and the largest (docs/locating_area.md).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .._check import FloatArray
+from .._compiled import compiled
+
+COMMON = 3
+"""Errors that sensors may have in common: of gain, of depth, of Poisson's ratio."""
+_FIXED = 1e12
+"""Weight of what is as good as exact."""
+
+
+class Errors(NamedTuple):
+    """Standard deviations, of each sensor (n,): in units of its noise `still`; as shares `gain`; in steps of the table
+    of deeper sensors `depth`; in metres `position`; the shares of gain and depth that are in `common`, as square roots,
+    and Poisson's ratio in steps of its table.
+    """
+
+    still: FloatArray
+    gain: FloatArray
+    depth: FloatArray
+    position: FloatArray
+    own: float
+    common: float
+    poisson: float
+
+
+class SettlingRoom(NamedTuple):
+    """Scratch and state: at (P,), load (F,): the unknowns; size (1,): q, from 0 to 1; rows (m, n): slopes of what is
+    predicted in the unknowns, in q, and in the errors in common; rest, weight, part (n,); matrix, inverse (m, m);
+    right, step, scale, prior, cone (m,).
+    """
+
+    at: FloatArray
+    load: FloatArray
+    size: FloatArray
+    rows: FloatArray
+    rest: FloatArray
+    weight: FloatArray
+    part: FloatArray
+    matrix: FloatArray
+    inverse: FloatArray
+    right: FloatArray
+    step: FloatArray
+    scale: FloatArray
+    prior: FloatArray
+    cone: FloatArray
+
+
+@compiled()
+def room_of(positions, components, common, n):
+    """Scratch for so many coordinates, components, errors in common and sensors."""
+    m = positions + components + 1 + common
+    return SettlingRoom(
+        np.zeros(positions), np.zeros(components), np.zeros(1), np.zeros((m, n)), np.zeros(n), np.zeros(n),
+        np.zeros(n), np.zeros((m, m)), np.zeros((m, m)),
+        np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m),
+    )  # fmt: skip
+
+
+@compiled(borrows=True)
+def _factored(a, m):
+    """Cholesky's factor in the lower triangle, in place; whether there is one."""
+    for j in range(m):
+        for k in range(j):
+            for i in range(j, m):
+                a[i, j] -= a[i, k] * a[j, k]
+        if not a[j, j] > 1e-13:
+            return False
+        root = 1.0 / math.sqrt(a[j, j])
+        for i in range(j, m):
+            a[i, j] *= root
+    return True
+
+
+@compiled(borrows=True)
+def _normal(room):
+    """Normal equations, each unknown in units that make the diagonal 1."""
+    rows, a, b, scale, n = room.rows, room.matrix, room.right, room.scale, room.rest.size
+    m = b.size
+    for j in range(m):
+        total = 0.0
+        for i in range(n):
+            room.part[i] = rows[j, i] * room.weight[i]
+            total += room.part[i] * room.rest[i]
+        b[j] = total
+        for k in range(j + 1):
+            total = 0.0
+            for i in range(n):
+                total += room.part[i] * rows[k, i]
+            a[j, k] = total
+        a[j, j] += room.prior[j]
+    for j in range(m):
+        scale[j] = 1.0 / math.sqrt(a[j, j]) if a[j, j] > 0.0 else 1.0
+        if not a[j, j] > 0.0:
+            a[j, j] = 1.0
+    for j in range(m):
+        b[j] *= scale[j]
+        for k in range(j + 1):
+            a[j, k] *= scale[j] * scale[k]
+
+
+@compiled(borrows=True)
+def _back(a, x):
+    """Solve by Cholesky's factor a, x in place."""
+    m = x.size
+    for j in range(m):
+        for k in range(j):
+            x[j] -= a[j, k] * x[k]
+        x[j] /= a[j, j]
+    for r in range(m):
+        j = m - 1 - r
+        for i in range(j + 1, m):
+            x[j] -= a[i, j] * x[i]
+        x[j] /= a[j, j]
+
+
+@compiled(borrows=True)
+def _solved(room):
+    """The step of normal equations, in its own units; whether there is one. The factor stays in `inverse`."""
+    a, x, m = room.inverse, room.step, room.right.size
+    for j in range(m):
+        x[j] = room.right[j]
+        for k in range(j + 1):
+            a[j, k] = room.matrix[j, k]
+    if not _factored(a, m):
+        return False
+    _back(a, x)
+    for j in range(m):
+        x[j] *= room.scale[j]
+    return True
+
+
+@compiled(borrows=True)
+def bound(room, row, aim):
+    """Hold a sum of steps, `row` (m,), at `aim`, by a prior as good as exact."""
+    a, m = room.matrix, room.right.size
+    for j in range(m):
+        for k in range(j + 1):
+            a[j, k] += _FIXED * row[j] * room.scale[j] * row[k] * room.scale[k]
+        room.right[j] += _FIXED * row[j] * room.scale[j] * aim
+
+
+@compiled(borrows=True)
+def stepped(room, friction, sized):
+    """Solve for the next step of a frame whose rows are laid out, within the cone; (chi-square left, its change).
+
+    sized: whether q is free; without, its prior holds it at 0. Negative where there is no step.
+    """
+    positions, components = room.at.size, room.load.size
+    first, q = positions, positions + components
+    for j in range(room.prior.size):
+        room.prior[j] = 1.0 if j > q else 0.0
+    if not sized:
+        room.prior[q] = _FIXED * 1e6
+    _normal(room)
+    if friction == 0.0:
+        for c in range(1, components):
+            room.cone[:] = 0.0
+            room.cone[first + c] = 1.0 / room.scale[first + c]
+            bound(room, room.cone, -room.load[c] / room.scale[first + c])
+    if not _solved(room):
+        return -1.0, 0.0
+    x = room.step
+    if sized and not 0.0 <= room.size[0] + x[q] <= 1.0:
+        room.cone[:] = 0.0
+        room.cone[q] = 1.0 / room.scale[q]
+        bound(room, room.cone, ((0.0 if room.size[0] + x[q] < 0.0 else 1.0) - room.size[0]) / room.scale[q])
+        if not _solved(room):
+            return -1.0, 0.0
+    drag = 0.0
+    for c in range(1, components):
+        drag += (room.load[c] + x[first + c]) ** 2
+    drag = math.sqrt(drag)
+    normal = room.load[0] + x[first]
+    if 0.0 < friction < math.inf and drag > friction * normal:
+        room.cone[:] = 0.0
+        unit = room.scale[first]
+        room.cone[first] = -friction / unit
+        aim = friction * room.load[0] / unit
+        for c in range(1, components):
+            share = (room.load[c] + x[first + c]) / drag
+            room.cone[first + c] = share / unit
+            aim -= share * room.load[c] / unit
+        bound(room, room.cone, aim)
+        if not _solved(room):
+            return -1.0, 0.0
+    left = gained = 0.0
+    n, m = room.rest.size, x.size
+    for i in range(n):
+        rest = room.rest[i]
+        for j in range(m):
+            rest -= room.rows[j, i] * x[j]
+        left += rest * rest * room.weight[i]
+        gained += room.rest[i] * room.rest[i] * room.weight[i]
+    for j in range(q + 1, m):
+        left += x[j] * x[j]
+    return left, gained - left
+
+
+@compiled(borrows=True)
+def _column(room, column):
+    """A column of the covariance of all unknowns, from the factor of the last step, into `right`."""
+    x = room.right
+    x[:] = 0.0
+    x[column] = room.scale[column]
+    _back(room.inverse, x)
+    for j in range(x.size):
+        x[j] *= room.scale[j]
+
+
+@compiled(borrows=True)
+def spread_of(room, out):
+    """The covariance of position and components, upper triangle."""
+    k, e = room.at.size + room.load.size, 0
+    for column in range(k):
+        _column(room, column)
+        for j in range(column, k):
+            out[e] = room.right[j]
+            e += 1
+
+
+@compiled(borrows=True)
+def size_of(room, out):
+    """What the readings say of q in a step that has it free: the best one, and its standard deviation.
+
+    Fills `out` (P + F,): how position and components change with q.
+    """
+    k = room.at.size + room.load.size
+    _column(room, k)
+    for j in range(k):
+        out[j] = room.right[j] / room.right[k]
+    return room.size[0] + room.step[k], math.sqrt(room.right[k])
+
+
+@compiled()
+def second_moment(best, deviation):
+    """Mean of q^2 where q is normal, N(best, deviation^2), cut to 0 to 1."""
+    low, high = -best / deviation, (1.0 - best) / deviation
+    if low > 8.0:  # all of it at 0: as of an exponential
+        return 2.0 * (deviation / low) ** 2
+    p_low, p_high = math.exp(-0.5 * low * low), math.exp(-0.5 * high * high)
+    root = math.sqrt(2.0)
+    mass = 0.5 * (math.erf(high / root) - math.erf(low / root)) * math.sqrt(2.0 * math.pi)
+    if not mass > 1e-12:
+        return 1.0 if best > 0.5 else 0.0
+    mean = best + deviation * (p_low - p_high) / mass
+    variance = deviation**2 * (1.0 + (low * p_low - high * p_high) / mass - ((p_low - p_high) / mass) ** 2)
+    return max(variance, 0.0) + mean * mean

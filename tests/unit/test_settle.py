@@ -1,0 +1,114 @@
+"""A finger that is not exactly its drawing: what `locate` on an area says of it, against fingers drawn at random."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.errors import InvalidValueError
+
+DEPTH = 3e-3
+SKIN = ss.HalfSpace(ss.Material(young=0.4e6))
+PEAK = 0.04  # strain that a newton makes
+
+
+def drawn(told: ss.Tolerances | None, noise: float = 1e-3) -> ss.Finger:
+    array = ss.SensorArray.grid(shape=(4, 4), pitch=DEPTH, depth=DEPTH, noise=noise * PEAK)
+    return ss.Finger(SKIN, array, tolerances=told)
+
+
+def touches(rng: np.random.Generator, count: int) -> dict[str, np.ndarray]:
+    force, lean, turn = rng.uniform(0.5, 1.5, count), rng.uniform(0, 0.4, count), rng.uniform(-np.pi, np.pi, count)
+    drag = force * lean
+    components = np.stack([force, drag * np.cos(turn), drag * np.sin(turn)], axis=-1)
+    return {"position": rng.uniform(-1.5, 1.5, (count, 2)) * DEPTH, "components": components}
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        ss.Tolerances(gain=0.02),
+        ss.Tolerances(depth=0.05),
+        ss.Tolerances(position=0.05),
+        ss.Tolerances(poisson=0.05),
+        ss.Tolerances(offset=0.01 * PEAK),
+        ss.Tolerances(gain=0.02, depth=0.05, position=0.05, poisson=0.05, offset=0.01 * PEAK),
+    ],
+    ids=["gain", "depth", "position", "poisson", "offset", "all"],
+)
+def test_fingers_drawn_from_the_tolerances_are_located_within_their_intervals(told: ss.Tolerances) -> None:
+    rng, finger = np.random.default_rng(3), drawn(told)
+    held, ok, wrong, exact = [], [], [], []
+    for _ in range(12):
+        touch = touches(rng, 40)
+        readings = ss.Finger(*told.draw(finger.skin, finger.array, rng)).read(ss.PointLoad(**touch), rng)
+        found = finger.locate(readings)
+        off = np.abs(found.position - touch["position"])
+        std = np.sqrt(np.diagonal(found.load.covariance, axis1=-2, axis2=-1))
+        ok.append(found.ok)
+        held.append((off < 1.96 * std[:, :2])[found.ok])
+        held.append((np.abs(found.load.components - touch["components"])[:, :1] < 1.96 * std[:, 2:3])[found.ok])
+        wrong.append(found.ok & ((off > 5 * std[:, :2]).any(axis=-1) | (np.hypot(*off.T) > 0.3 * DEPTH)))
+        exact.append(replace(finger, tolerances=None).locate(readings).ok)
+    assert np.mean(np.concatenate(ok)) > 0.9
+    assert np.mean(np.concatenate(wrong)) <= 0.01
+    assert 0.88 < np.mean(np.concatenate([each.reshape(-1) for each in held])) <= 1.0
+    assert np.mean(np.concatenate(exact)) < 0.9  # the noise alone does not explain them
+
+
+def test_a_ball_is_explained_and_said_to_be_one() -> None:
+    rng, finger = np.random.default_rng(5), drawn(ss.Tolerances(noise=1.0))
+    touch = touches(rng, 200)
+    readings = finger.read(ss.RoundHertz(half_width=0.5 * DEPTH, **touch), rng)
+    found = finger.locate(readings)
+    assert found.ok.mean() > 0.95
+    sized = found.ok & (found.half_width > 0)
+    assert sized.mean() > 0.8
+    assert np.abs(found.half_width[sized] / DEPTH - 0.5).mean() < 0.05
+    std = np.sqrt(np.diagonal(found.load.covariance, axis1=-2, axis2=-1))
+    inside = np.abs(found.position - touch["position"]) < 1.96 * std[:, :2]
+    assert 0.9 < inside[found.ok].mean() < 0.99
+    assert not (finger.locate(readings, load="point").status == ss.Status.OK).mean() > 0.3
+
+
+def test_without_errors_the_answer_is_that_of_an_exact_finger() -> None:
+    rng = np.random.default_rng(7)
+    readings = drawn(None).read(ss.PointLoad(**touches(rng, 50)), rng)
+    exact, told = drawn(None).locate(readings), drawn(ss.Tolerances()).locate(readings)
+    assert told.position == pytest.approx(exact.position, abs=1e-9)
+    assert (told.half_width == 0).all()
+    more = np.diagonal(told.load.covariance - exact.load.covariance, axis1=-2, axis2=-1)
+    assert (more > -0.02 * np.diagonal(exact.load.covariance, axis1=-2, axis2=-1)).all()  # a size can only add
+
+
+@pytest.mark.parametrize("kind", [ss.ShearStrain("xy"), ss.MeanPressure()])
+def test_other_sensors_of_a_layer_know_tolerances_too(kind: ss.Transducer) -> None:
+    skin = ss.Layered(ss.Layer(ss.Material(young=0.4e6, poisson=0.45), thickness=6e-3))
+    array = ss.SensorArray.grid(shape=(4, 4), pitch=DEPTH, depth=DEPTH, transducer=kind, noise=1.0)
+    finger = ss.Finger(skin, array)
+    scale = np.abs(finger.read(ss.PointLoad(force=1.0, position=(1e-3, 0.0)))).max()
+    told = ss.Tolerances(gain=0.02, depth=0.03, poisson=0.03)
+    finger = ss.Finger(skin, replace(array, noise=1e-3 * scale), tolerances=told)
+    rng = np.random.default_rng(1)
+    at = np.array([1e-3, -2e-3])
+    found = finger.locate(
+        ss.Finger(*told.draw(finger.skin, finger.array, rng)).read(ss.PointLoad(force=1.0, position=at), rng),
+        friction=0.5,
+    )
+    assert ss.Status(found.status) in (ss.Status.OK, ss.Status.AMBIGUOUS)
+    assert np.hypot(*(found.position - at)) < 0.3 * DEPTH
+
+
+def test_what_does_not_count_tolerances_refuses_them() -> None:
+    with pytest.raises(InvalidValueError, match="only `locate` counts them"):
+        drawn(ss.Tolerances(gain=0.02)).fit(np.zeros(16))
+    row = ss.Finger(SKIN, ss.SensorArray.line(4, 2e-3, 2e-3, noise=1e-4), tolerances=ss.Tolerances(gain=0.02))
+    with pytest.raises(InvalidValueError, match="on an area"):
+        row.locate(np.zeros(4))
+    with pytest.raises(InvalidValueError, match="16 sensors"):
+        drawn(ss.Tolerances(gain=[0.02, 0.03])).locate(np.zeros(16))
+    with pytest.raises(InvalidValueError, match="noise"):
+        ss.Tolerances(noise=0.5)
