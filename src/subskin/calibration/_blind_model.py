@@ -14,7 +14,7 @@ from .._frozen import Frozen
 from ..array import SensorArray
 from ..contact import Hertz, LineLoad, RoundHertz
 from ..estimate.area import AreaLocator, RoundLocator
-from ..estimate.area.locator import reach_of
+from ..estimate.area.search import reach_of
 from ..estimate.estimate import Estimate
 from ..estimate.search import Locator
 from ..finger import Finger

@@ -14,7 +14,7 @@ from .. import _check
 from .._check import FloatArray
 from .._declared import Positive, Real, checked
 from ..errors import GeometryError, InvalidValueError, NotLinearError
-from ..estimate.area.locator import search_of
+from ..estimate.area.search import search_of
 from ..estimate.estimate import Estimate
 from ..estimate.frames import check_noise
 from ..finger import Finger, finger_needed

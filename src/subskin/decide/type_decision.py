@@ -13,7 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from .._shown import Drawing
 from ..errors import InvalidValueError
-from ..estimate.area.locator import search_of
+from ..estimate.area.search import search_of
 from ..estimate.estimate import FrameTable, Status, unit_column
 from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind
 from ..estimate.evidence.base import CHI2, LOCAL, LOG_EVIDENCE, LONG, STATUS, Columns

@@ -18,8 +18,8 @@ from ..prepared import prepared
 from ..radial import tabulate_radial
 from ..radial_round import tabulate_round
 from .area import AreaLocator, InPlaceLocator, RoundLocator
-from .area.locator import reach_of, search_of, step_of
 from .area.observable import moment_of, refuse_blind
+from .area.search import reach_of, search_of, step_of
 from .area.uncertain import Uncertain
 from .estimate import Estimate
 

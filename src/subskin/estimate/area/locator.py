@@ -26,22 +26,19 @@ from .observable import least_told_apart
 from .point import PointModel, laid_out, model_of
 from .round_contact import tables_of
 from .round_project import RoundSearch
+from .search import step_of
 from .tiles import COUNT, NEAR, NODES, STRIDE, Seen, Tiles, boxes_beyond, nodes_beyond, nodes_of_sensors, tiles_of
 from .uncertain import Uncertain, fill_settled
 
-__all__ = ["BEYOND", "AreaLocator", "LocalLocator", "RoundLocator"]
+__all__ = ["AreaLocator", "LocalLocator", "RoundLocator"]
 
-BEYOND = 8.0
-"""Depths beside the default search up to which a load is thought of."""
-_STEP, _FINER = 0.4, 5.0
-_REACH = 1.5
+_FINER = 5.0
 _STRONG = 22.0
 """Noises from which the strongest reading is a sensor's that stands near the load (`tiles.py`)."""
 _CURVED = 0.02
 _ALIKE = 2e-3
 """Share of a load's squared readings below which another one, close by, may be taken for it."""
 _MOST_FINE = 4_000_000
-_MOST_NODES = 2_000_000
 _RING_LEAVES, _BEYOND_LEAVES, _LEAVES = 6e-4, 2e-4, 0.03
 """What directions of a region leave of a unit reading, squared, a sensor: in the search and beyond; and the most."""
 _SCANNED = 5
@@ -215,12 +212,11 @@ class AreaLocator(LocalLocator):
         settings = self._settings(array, response, error, least_told_apart(seen, _ALIKE))
         arrays = sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
         if self._uncertain is not None:
-            box = np.array(self.search)
-            steps = (np.arange(low, high + 0.5 * self._step, self._step) for low, high in box)
-            inside = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
-            nodes = np.concatenate([inside, beyond.nodes[:, :2]])
-            ends = (box + self._beyond * np.array([-1.0, 1.0])).reshape(-1)
-            arrays += (self._uncertain.to_settle(response, array, pattern, settings, ends, nodes),)
+            arrays += (
+                self._uncertain.to_settle(
+                    response, array, pattern, settings, self._beyond, beyond.nodes[:, :2], self._step
+                ),
+            )
         return arrays
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
@@ -378,36 +374,3 @@ class RoundLocator(AreaLocator):
         settings = self._settings(array, narrowest, error)
         search = RoundSearch(contact, points, tables, widths, widths[ends], np.array([low, high]), tiles, settings)
         return sensor_rows(array), plain(search), plain(beyond), sizes
-
-
-def reach_of(array: SensorArray, box: FloatArray, beyond: float = 0.0) -> float:
-    """How far a response has to reach for loads in the box (2, 2), and `beyond` it [m]."""
-    return float(np.sqrt(2.0) * (max(float(np.abs(array.points - corner).max()) for corner in box.T) + beyond))
-
-
-def step_of(array: SensorArray, search: Any, scan_step: float | None) -> float:
-    """The steps of a search [m], which are not to be too many."""
-    usual = _STEP * float(np.asarray(array.depth).min())
-    step = _check.scalar("scan_step", usual if scan_step is None else scan_step, unit="m", above=0.0)
-    sides = np.ptp(np.asarray(search), axis=1)
-    if not sides[0] / step <= _MOST_NODES / max(sides[1] / step, 1.0):
-        seen = f"a search of {sides[0]:.4g} by {sides[1]:.4g} m in steps of {step:.4g} m"
-        rule = f"at most {_MOST_NODES} positions are looked at"
-        raise InvalidValueError(seen, rule, "a narrower search; all lengths are in m: 6e-3")
-    return step
-
-
-def search_of(array: SensorArray, search: Any) -> tuple[FloatArray, float]:
-    """The ends of a search ((y low, y high), (z low, z high)) and how far loads are thought of beyond it [m].
-
-    The default goes 1.5 depths beyond the outermost sensors.
-    """
-    deepest, points = float(np.asarray(array.depth).max()), array.points
-    if search is None:
-        low, high = points.min(axis=0) - _REACH * deepest, points.max(axis=0) + _REACH * deepest
-        return np.stack([low, high], axis=-1), BEYOND * deepest
-    box = _check.real("search", search, unit="m")
-    if box.shape != (2, 2) or not (box[:, 0] < box[:, 1]).all():
-        rule = "the ends of y and those of z are needed, ascending"
-        raise InvalidValueError(f"search = {_check.shown(search)}", rule, "search=((-5e-3, 5e-3), (-5e-3, 5e-3))")
-    return box, 0.0

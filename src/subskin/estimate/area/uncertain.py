@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._frozen import Frozen
@@ -89,16 +90,19 @@ class Uncertain(Frozen):
 
     def to_settle(
         self, response: RadialResponse, array: SensorArray, pattern: npt.NDArray[np.bool_], settings: Settings,
-        beyond: FloatArray, nodes: FloatArray,
+        beyond: float, nodes: FloatArray, step: float,
     ) -> tuple[Any, ...]:  # fmt: skip
         """Arguments of the loop that settles, for the sensors of `pattern`, whose are `response` and `array`.
 
-        beyond (4,): ends of where a load is thought of; nodes (nodes, 2): where one is looked for.
+        Another load is looked for on a grid of so long steps in the search and, at `nodes` (nodes, 2), as far beyond.
         """
+        y, z = (np.arange(low, high + 0.5 * step, step) for low, high in settings.box.reshape(2, 2))
+        nodes = np.concatenate([np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2), nodes])
         variants, errors, (share, share_sized) = self.prepared(response, array, pattern)
         told = Settling(
             friction=settings.limits.friction, largest=settings.largest, ambiguity=settings.ambiguity,
-            apart=settings.apart, widest=self.widest, box=settings.box, beyond=beyond,
+            apart=settings.apart, widest=self.widest, box=settings.box,
+            beyond=settings.box + beyond * np.array([-1.0, 1.0, -1.0, 1.0]),
             longest=0.5 * float(np.asarray(array.depth).min()), level=float((errors.still**2).mean()), share=share,
             share_sized=share_sized,
         )  # fmt: skip
@@ -165,7 +169,7 @@ class Uncertain(Frozen):
 
 
 def fill_settled(loop: Any, frames: FloatArray, arrays: Sequence[Any], sized: bool, out: FloatArray) -> None:
-    """What a loop finds in frames, settled; where that explains nothing and touches may have a size, once more with one.
+    """What a loop finds in frames, settled; where that explains nothing and touches may have a size, again with one.
 
     arrays: its arguments between the frames and `out`, then those of the loop that settles.
     """

@@ -1,4 +1,4 @@
-"""Compiled: readings of a point load, or of a round touch, as what is not known of the finger and the touch changes them.
+"""Compiled: readings of a point load, or of a round touch, by fingers that are not quite their drawing.
 
 From a load to the best one by all errors (`estimate/settle.py`).
 """

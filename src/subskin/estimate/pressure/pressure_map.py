@@ -9,7 +9,7 @@ import numpy.typing as npt
 from ... import _check
 from ...finger import Finger, finger_needed
 from ...prepared import prepared
-from ..area.locator import search_of
+from ..area.search import search_of
 from .image import PressureImage
 from .map import PressureMap
 from .mapper import ImageMapper, PressureMapper

@@ -16,7 +16,7 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...radial import RadialResponse, tabulate_radial
 from ...response import Response, tabulate
-from ..area.locator import search_of
+from ..area.search import search_of
 from .hats import Hats
 from .prior import Bridge, Membrane, Prior
 
