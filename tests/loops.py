@@ -127,7 +127,7 @@ def streams() -> None:
 
 JOBS = (  # longest first
     *(image, image_of_a_free_drag, a_kind_of_each, round_on_area, in_place, pressing_on_area),
-    *(area, line, doubted, placement, pressure, placement_on_area, pressing, streams),
+    *(area, settled_on_area, line, doubted, placement, pressure, placement_on_area, pressing, streams),
 )
 
 

@@ -155,7 +155,7 @@ def bound(room, row, aim):
 
 @compiled(borrows=True)
 def stepped(room, friction, sized):
-    """Solve for the next step of a frame whose rows are laid out, within the cone; (chi-square left, its change).
+    """Solve for the next step of a frame whose rows are laid out, within the cone; the chi-square left.
 
     sized: whether q is free; without, its prior holds it at 0. Negative where there is no step.
     """
@@ -172,14 +172,14 @@ def stepped(room, friction, sized):
             room.cone[first + c] = 1.0 / room.scale[first + c]
             bound(room, room.cone, -room.load[c] / room.scale[first + c])
     if not _solved(room):
-        return -1.0, 0.0
+        return -1.0
     x = room.step
     if sized and not 0.0 <= room.size[0] + x[q] <= 1.0:
         room.cone[:] = 0.0
         room.cone[q] = 1.0 / room.scale[q]
         bound(room, room.cone, ((0.0 if room.size[0] + x[q] < 0.0 else 1.0) - room.size[0]) / room.scale[q])
         if not _solved(room):
-            return -1.0, 0.0
+            return -1.0
     drag = 0.0
     for c in range(1, components):
         drag += (room.load[c] + x[first + c]) ** 2
@@ -196,18 +196,17 @@ def stepped(room, friction, sized):
             aim -= share * room.load[c] / unit
         bound(room, room.cone, aim)
         if not _solved(room):
-            return -1.0, 0.0
-    left = gained = 0.0
+            return -1.0
+    left = 0.0
     n, m = room.rest.size, x.size
     for i in range(n):
         rest = room.rest[i]
         for j in range(m):
             rest -= room.rows[j, i] * x[j]
         left += rest * rest * room.weight[i]
-        gained += room.rest[i] * room.rest[i] * room.weight[i]
     for j in range(q + 1, m):
         left += x[j] * x[j]
-    return left, gained - left
+    return left
 
 
 @compiled(borrows=True)

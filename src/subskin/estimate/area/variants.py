@@ -16,7 +16,8 @@ from ..._compiled import compiled
 from ..settle import stepped
 from .point import Point, PointModel, point_field, read
 
-_STEPS, _GAIN = 8, 0.02
+_STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
+"""The most steps, and the change of chi-square, and the share of it, below which the last was enough."""
 Q = 5
 """Row of the slopes in q, behind those in y, z, N, Ty and Tz."""
 
@@ -126,8 +127,9 @@ def settle(w, variants, scratch, errors, told, box, sized, room):
     """From the state of `room` to the best one; chi-square left, infinite where no load presses."""
     left, q = math.inf, Q
     for _ in range(_STEPS):
+        before = left
         lay_out(w, variants, scratch, errors, sized, room)
-        left, gained = stepped(room, told.friction, sized)
+        left = stepped(room, told.friction, sized)
         if left < 0.0:
             return math.inf
         x = room.step
@@ -140,6 +142,6 @@ def settle(w, variants, scratch, errors, told, box, sized, room):
             room.size[0] = min(max(room.size[0] + shorter * x[q], 0.0), 1.0)
         if not room.load[0] > 0.0:
             return math.inf
-        if shorter == 1.0 and abs(gained) < _GAIN + 1e-3 * left:
+        if shorter == 1.0 and abs(left - before) < _LEAST + _SHARE * left:
             break
     return left
