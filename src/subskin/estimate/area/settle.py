@@ -13,7 +13,7 @@ from ..layout import SIZED
 from ..settle import COMMON, room_of, second_moment, size_of, spread_of, stepped
 from .judge import unsure
 from .point import ROWS
-from .variants import Q, lay_out, settle
+from .variants import SettlingCase, Q, lay_out, settle
 
 _TAKEN, _NARROW, _FAR, _WIDE = 16.0, 0.05, 40.0, 0.2
 """What a size has to explain beside a point, in chi-square, to be taken; the standard deviation of q up to which
@@ -55,13 +55,13 @@ def _put(room, row, at):
 
 
 @compiled(borrows=True)
-def _elsewhere(w, nodes, fields, variants, scratch, errors, told, sized, row, room, other, along, best):
+def _elsewhere(w, case, nodes, fields, sized, row, room, other, along, best):
     """Whether a load more than six standard deviations off explains a frame about as well as that of `room`.
 
     nodes (nodes, 2), fields (nodes, 3, n): where is looked, and readings there; errors are those at the load of `room`.
     The nodes that leave least are climbed. along (3, n + 1), best (FEW, 2): scratch.
     """
-    n, spread, weight = w.size, row[_COVARIANCE:_RESIDUAL], room.weight
+    told, n, spread, weight = case.told, w.size, row[_COVARIANCE:_RESIDUAL], room.weight
     widest = 0.5 * (spread[0] + spread[5]) + math.hypot(0.5 * (spread[0] - spread[5]), spread[1])
     reach = max(6.0 * math.sqrt(widest), 5.0 * told.apart)
     enough = row[_RESIDUAL] + told.ambiguity
@@ -144,14 +144,14 @@ def _elsewhere(w, nodes, fields, variants, scratch, errors, told, sized, row, ro
             force += room.load[c] ** 2
         for c in range(3):
             other.load[c] = math.sqrt(force) if c == 0 else 0.0
-        left = settle(w, variants, scratch, errors, told, told.beyond, sized, other)
+        left = settle(w, case, told.beyond, sized, other)
         if left < enough and math.hypot(other.at[0] - row[0], other.at[1] - row[1]) > reach:
             return True
     return False
 
 
 @compiled(borrows=True)
-def _profiled(w, variants, scratch, errors, told, at, load, room, tried, out):
+def _profiled(w, case, at, load, room, tried, out):
     """Fill `out` (15,) with the mean, over all half widths as the readings leave them, of moves from `at` and `load`.
 
     The moves' products, upper triangle; tried (widths, 6): scratch; `room` begins at a load, and is used.
@@ -159,7 +159,7 @@ def _profiled(w, variants, scratch, errors, told, at, load, room, tried, out):
     lowest, total = math.inf, 0.0
     for k in range(_HALF_WIDTHS.size):
         room.size[0] = _HALF_WIDTHS[k] ** 2
-        left = settle(w, variants, scratch, errors, told, told.box, False, room)
+        left = settle(w, case, case.told.box, False, room)
         tried[k, 5], lowest = left, min(left, lowest)
         for j in range(2):
             tried[k, j] = room.at[j] - at[j]
@@ -195,45 +195,45 @@ def _copied(room, other):
 
 
 @compiled(borrows=True)
-def _with_size(w, variants, scratch, errors, told, sized, left, worse, room, other, third, moves, tried, more):
+def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, more):
     """Settle `room` and `other`, its rival, once more with a size, if that is needed to explain the readings.
 
     `more` (15,) is what sizes that explain them as well add to the covariance. Returns what room and other leave, and
     whether they have a size.
     """
-    only = sized
+    told, only = case.told, sized
     if not sized:  # to first order, what a size would explain
-        lay_out(w, variants, scratch, errors, True, room)
+        lay_out(w, case, True, room)
         stepped(room, told.friction, True)
         best, deviation = size_of(room, moves)
         if left <= told.largest and not best > 4.0 * deviation:
             _copied(room, third)
             third.size[0] = 1.0
-            far = settle(w, variants, scratch, errors, told, told.box, False, third) if deviation < _NARROW else left
+            far = settle(w, case, told.box, False, third) if deviation < _NARROW else left
             if far > left + _FAR:
                 extra, e = second_moment(best, deviation), 0
                 for i in range(5):
                     for j in range(i, 5):
                         more[e] = extra * moves[i] * moves[j]
                         e += 1
-                lay_out(w, variants, scratch, errors, False, room)
+                lay_out(w, case, False, room)
                 stepped(room, told.friction, False)
                 return left, worse, False
     _copied(room, third)
-    found = left if only else settle(w, variants, scratch, errors, told, told.box, True, third)
+    found = left if only else settle(w, case, told.box, True, third)
     if not only and (found < left - _TAKEN or not left <= told.largest):
         left, sized = found, True
         _copied(third, room)
         if worse < math.inf:
-            worse = min(worse, settle(w, variants, scratch, errors, told, told.box, True, other))
-    lay_out(w, variants, scratch, errors, True, room)
+            worse = min(worse, settle(w, case, told.box, True, other))
+    lay_out(w, case, True, room)
     stepped(room, told.friction, sized)
     deviation = 1.0
     if sized and 0.0 < room.size[0] < 1.0:
         _, deviation = size_of(room, moves)
     if deviation > _NARROW:
-        _profiled(w, variants, scratch, errors, told, room.at, room.load, third, tried, more)
-        lay_out(w, variants, scratch, errors, False, room)
+        _profiled(w, case, room.at, room.load, third, tried, more)
+        lay_out(w, case, False, room)
         stepped(room, told.friction, False)
     return left, worse, sized
 
@@ -261,7 +261,7 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
     common = COMMON if errors.poisson > 0.0 else 2 if errors.common > 0.0 else 0
     room, other, third = room_of(2, 3, common, n), room_of(2, 3, common, n), room_of(2, 3, common, n)
     numbers = np.empty((variants.table.shape[0], ROWS, n + 1))
-    scratch = (numbers, numbers.view(np.int64))
+    case = SettlingCase(variants, errors, told, numbers, numbers.view(np.int64))
     moves, tried, more = np.empty(5), np.empty((_HALF_WIDTHS.size, 6)), np.empty(15)
     w, along, least = np.empty(n), np.empty((COMMON, n + 1)), np.empty((_FEW, 2))
     for f in range(readings.shape[0]):
@@ -280,19 +280,17 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
             if worse < math.inf:
                 _start(other, row, _RIVAL, scale[f])
         else:
-            left = settle(w, variants, scratch, errors, told, told.box, sized, room)
+            left = settle(w, case, told.box, sized, room)
         if not exact and not math.isnan(row[_RIVAL]):
             _start(other, row, _RIVAL, scale[f])
-            worse = settle(w, variants, scratch, errors, told, told.box, sized, other)
+            worse = settle(w, case, told.box, sized, other)
             if math.hypot(other.at[0] - room.at[0], other.at[1] - room.at[1]) < 5 * told.apart:
                 worse = math.inf
             elif worse < left:
                 left, worse, room, other = worse, left, other, room
         more[:] = 0.0
         if variants.sizes >= 0 and left < math.inf:
-            left, worse, sized = _with_size(
-                w, variants, scratch, errors, told, sized, left, worse, room, other, third, moves, tried, more
-            )
+            left, worse, sized = _with_size(w, case, sized, left, worse, room, other, third, moves, tried, more)
         row[_RESIDUAL] = left
         if not left <= told.largest:
             for j in range(row.size):
@@ -323,7 +321,5 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
         if exact and not row[_SIZE] > 0.0:
             open_ |= status == _AMBIGUOUS
         elif not open_ and (status == _AMBIGUOUS or sized_only or exact):
-            open_ = _elsewhere(
-                w, nodes, fields, variants, scratch, errors, told, sized_only, row, room, other, along, least
-            )
+            open_ = _elsewhere(w, case, nodes, fields, sized_only, row, room, other, along, least)
         row[_STATUS] = _AMBIGUOUS if open_ else _OK

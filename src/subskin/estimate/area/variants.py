@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._compiled import compiled
-from ..settle import stepped
+from ..settle import Errors, stepped
 from .point import Point, PointModel, point_field, read
 
 _STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
@@ -60,20 +60,30 @@ class Settling(NamedTuple):
     share_sized: float
 
 
+class SettlingCase(NamedTuple):
+    """What a frame is settled by; numbers, bits (V, ROWS, n + 1): one scratch, as either."""
+
+    variants: Variants
+    errors: Errors
+    told: Settling
+    numbers: FloatArray
+    bits: npt.NDArray[np.int64]
+
+
 @compiled(inline=True)
-def _model(variants, scratch, v):
-    """The model of a variant; scratch (V, ROWS, n + 1), as numbers and as bits."""
-    return PointModel(
-        variants.sensors[v], variants.first, variants.table[v], variants.terms[v], scratch[0][v], scratch[1][v]
-    )
+def _model(case, v):
+    """The model of a variant."""
+    made = case.variants
+    return PointModel(made.sensors[v], made.first, made.table[v], made.terms[v], case.numbers[v], case.bits[v])
 
 
 @compiled(borrows=True)
-def lay_out(w, variants, scratch, errors, sized, room):
+def lay_out(w, case, sized, room):
     """Rows, weights and rest of the readings at the state of `room`; sized: with slopes in q."""
+    variants, errors = case.variants, case.errors
     at, load, q, rows, n = room.at, room.load, room.size[0], room.rows, w.size
     deeper, other, sizes = variants.deeper, variants.other, variants.sizes
-    here, base = Point(at[0], at[1]), _model(variants, scratch, 0)
+    here, base = Point(at[0], at[1]), _model(case, 0)
     point_field(base, here)
     for i in range(n):
         a0, a1, a2, y0, y1, y2, z0, z1, z2 = read(base, 0, i)
@@ -82,7 +92,7 @@ def lay_out(w, variants, scratch, errors, sized, room):
         rows[2, i], rows[3, i], rows[4, i], rows[Q, i] = a0, a1, a2, 0.0
     power = 1.0
     for k in range(variants.table.shape[0] - sizes if sizes >= 0 and (sized or q > 0.0) else 0):
-        wider, slope = _model(variants, scratch, sizes + k), (k + 1) * power
+        wider, slope = _model(case, sizes + k), (k + 1) * power
         power *= q
         point_field(wider, here)
         for i in range(n):
@@ -103,7 +113,7 @@ def lay_out(w, variants, scratch, errors, sized, room):
         for e in range(Q + 1, rows.shape[0]):
             rows[e, i] = errors.common * own if e == Q + 1 else 0.0
     if deeper >= 0:
-        deep, together = _model(variants, scratch, deeper), rows.shape[0] > Q + 2
+        deep, together = _model(case, deeper), rows.shape[0] > Q + 2
         point_field(deep, here)
         for i in range(n):
             a0, a1, a2, _, _, _, _, _, _ = read(deep, 0, i)
@@ -113,7 +123,7 @@ def lay_out(w, variants, scratch, errors, sized, room):
                 rows[Q + 2, i] = errors.common * changed
             room.weight[i] += (errors.own * changed) ** 2
     if other >= 0:
-        ratio = _model(variants, scratch, other)
+        ratio = _model(case, other)
         point_field(ratio, here)
         for i in range(n):
             a0, a1, a2, _, _, _, _, _, _ = read(ratio, 0, i)
@@ -123,12 +133,12 @@ def lay_out(w, variants, scratch, errors, sized, room):
 
 
 @compiled(borrows=True)
-def settle(w, variants, scratch, errors, told, box, sized, room):
+def settle(w, case, box, sized, room):
     """From the state of `room` to the best one; chi-square left, infinite where no load presses."""
-    left, q = math.inf, Q
+    left, q, told = math.inf, Q, case.told
     for _ in range(_STEPS):
         before = left
-        lay_out(w, variants, scratch, errors, sized, room)
+        lay_out(w, case, sized, room)
         left = stepped(room, told.friction, sized)
         if left < 0.0:
             return math.inf
