@@ -18,7 +18,8 @@ from .area import AreaLocator, InPlaceLocator
 from .beside import Either, EitherLocator, PointLocator, farthest_beside, points_beside
 from .estimate import Estimate
 from .on_area import area_locator, refuse
-from .search import Locator, beyond
+from .search import Locator, beyond, reached
+from .settle.row import on_row
 from .stick_locator import StickLocator, checked_stick
 
 __all__ = ["fit", "locate", "locator"]
@@ -101,15 +102,18 @@ def locator(
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
-    if finger.tolerances is not None and (finger.measured is not None or not finger.array.on_area):
-        rule = "they are counted for sensors on an area, which are not calibrated in place"
-        raise InvalidValueError("tolerances of this finger", rule, "replace(finger, tolerances=None)")
+    if finger.tolerances is not None and finger.measured is not None:
+        rule = "a response measured in place has no drawing"
+        raise InvalidValueError("tolerances of a finger measured in place", rule, "replace(finger, tolerances=None)")
     if finger.array.on_area:
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
         return area_locator(finger, family, search, {**others, "moment": moment}, values)
     if moment is not None:
         seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
         raise InvalidValueError(seen, rule, 'SensorArray.grid(...), and fit(readings, "round_hertz", moment=True)')
+    if finger.tolerances is not None and (family != "line" or normal_force is not None):
+        seen = "tolerances of a row's finger in anything but the search of a line load"
+        raise InvalidValueError(seen, "only `locate` counts them", "replace(finger, tolerances=None)")
     if family == "point" or family == "either":
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
         return _of_points(finger, family, search, beside, others, values)
@@ -133,6 +137,9 @@ def locator(
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
+            if finger.tolerances is not None:
+                whole = reached(finger, table) if ends is None else (table.start, table.stop)
+                more["uncertain"] = on_row(finger, whole)
             return Locator(table, finger.array, **more).allow_for(finger, friction)
         low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))
         response = Response.of(finger, kind, (table.start, table.stop), max(high, 1e-3 * table.step))

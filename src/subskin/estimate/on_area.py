@@ -20,7 +20,7 @@ from ..radial_round import tabulate_round
 from .area import AreaLocator, InPlaceLocator, RoundLocator
 from .area.observable import moment_of, refuse_blind
 from .area.search import reach_of, search_of, step_of
-from .area.uncertain import Uncertain
+from .area.uncertain import on_area
 from .estimate import Estimate
 
 __all__ = ["area_locator", "moved", "refuse"]
@@ -64,7 +64,7 @@ def area_locator(
         options: dict[str, Any] = {"beyond": beyond, **values}
         if round_kind is None:
             points = tabulate_radial(finger, reach)
-            options["uncertain"] = Uncertain.of(finger, points, reach, sized=sized)
+            options["uncertain"] = on_area(finger, points, reach, sized=sized)
             made = AreaLocator(points, finger.array, (y, z), **options)
         else:
             depth = float(np.asarray(finger.array.depth).min())

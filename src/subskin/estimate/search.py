@@ -19,9 +19,10 @@ from ..finger import Finger
 from ..response import Response
 from .estimate import Estimate
 from .frames import Framewise, packed, scan_geometry, sensor_rows
-from .layout import LINE, WIDE
+from .layout import LINE, SIZED_LINE, WIDE
+from .settle.uncertain import Uncertain, fill_settled
 
-__all__ = ["Locator", "Stretches", "beyond", "stretches"]
+__all__ = ["Locator", "Stretches", "beyond", "reached", "stretches"]
 
 _FARTHEST = 8.0
 """Depths beside the row up to which a load is thought of where no search is stated."""
@@ -49,10 +50,8 @@ class Stretches(NamedTuple):
 
 def beyond(finger: Finger, table: Response) -> Response | None:
     """Readings on either side beyond the default search, by the distance from the row; None where nothing is beyond."""
-    y, deepest = np.asarray(finger.array.y), float(np.max(finger.array.depth))
-    near = 0.5 * (table.stop - table.start - np.ptp(y))
-    # about a finger that is round, what is far off comes back
-    far = min(_FARTHEST * deepest, 0.5 * (finger.skin.period - np.ptp(y)))
+    y, (low, high) = np.asarray(finger.array.y), reached(finger, table)
+    near, far = 0.5 * (table.stop - table.start - np.ptp(y)), 0.5 * (high - low - np.ptp(y))
     if not far > near * (1.0 + 1e-6):
         return None
 
@@ -60,7 +59,14 @@ def beyond(finger: Finger, table: Response) -> Response | None:
         sides = finger.receptive_field(np.stack([y.min() - distance, y.max() + distance]))
         return np.concatenate(list(sides), axis=-2)
 
-    return Response.from_function(both, near, far, step=0.25 * deepest, tolerance=_ERROR)
+    return Response.from_function(both, near, far, step=0.25 * float(np.max(finger.array.depth)), tolerance=_ERROR)
+
+
+def reached(finger: Finger, table: Response) -> tuple[float, float]:
+    """Ends of where a load is thought of [m] if no search is stated; about a round finger what is far comes back."""
+    y = np.asarray(finger.array.y)
+    far = min(_FARTHEST * float(np.max(finger.array.depth)), 0.5 * (finger.skin.period - float(np.ptp(y))))
+    return min(float(y.min()) - far, table.start), max(float(y.max()) + far, table.stop)
 
 
 def stretches(far: Response | None, pattern: npt.NDArray[np.bool_], scale: FloatArray, friction: float) -> Stretches:
@@ -129,6 +135,8 @@ _LIMITS: dict[str, dict[str, Any]] = {
 _WHOLE = 32
 """Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
 
+_OTHERS = 0.25
+"""Steps [least depths] at which another load is looked for where the finger is not known exactly."""
 _NOTHING = 0.05
 """Doubts less than this, of the noise, change no standard error by more than about a thousandth."""
 
@@ -167,6 +175,8 @@ class Locator(Framewise):
         With 1, frames that are UNEXPLAINED are tried again without each reading in turn. Where one omission explains
         the frame, `used` shows which. Where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS
         and the load of the nearest is the rival. It takes two readings more than unknowns (docs/robust.md).
+    uncertain : Uncertain, optional
+        What is not known of the finger, and of the width of what presses, for line loads.
     beyond : Response, optional
         Readings under unit forces outside the search, by the distance along each stretch where a load may press; n
         sensors a stretch, one stretch after the other. Where a load there, or at an end of the search, comes within
@@ -191,6 +201,7 @@ class Locator(Framewise):
         ambiguity: float = 13.8,
         outliers: int = 0,
         beyond: Response | None = None,
+        uncertain: Uncertain | None = None,
     ) -> None:
         _check.noun("response", response, Response, "tabulate(finger)")
         _check.noun("array", array, SensorArray, "finger.array")
@@ -217,7 +228,8 @@ class Locator(Framewise):
         self.half_width = (float(ends[0]), float(ends[1]))
         self.friction = _check.friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
-        self.layout = WIDE if wide else LINE
+        self._uncertain = uncertain
+        self.layout = WIDE if wide else SIZED_LINE if uncertain is not None else LINE
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         layout = self.layout
@@ -237,8 +249,10 @@ class Locator(Framewise):
         self._search_ends = (float(response.start), float(response.stop))
         self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
 
-    takes_doubt = True
-    """Whether a call takes the doubts of readings, as a `Pipeline` asks."""
+    @property
+    def takes_doubt(self) -> bool:
+        """Whether a call takes the doubts of readings, as a `Pipeline` asks."""
+        return self._uncertain is None
 
     def __call__(self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None) -> Estimate:
         """The contact in each frame.
@@ -282,7 +296,16 @@ class Locator(Framewise):
         return project_frames
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
-        self._compiled(frames, *arrays, self.layout.named(out))
+        if self._uncertain is None:
+            self._compiled(frames, *arrays, self.layout.named(out))
+            return
+
+        def loop(*given: Any) -> None:
+            part = np.empty((len(given[-1]), LINE.columns))
+            self._compiled(*given[:-1], LINE.named(part))
+            given[-1][:, : LINE.columns] = part
+
+        fill_settled(loop, frames, arrays, True, out)
 
     def _doubted(
         self,
@@ -319,7 +342,7 @@ class Locator(Framewise):
         far = stretches(self._beyond, pattern, scale, self.friction)
         return np.concatenate([fields * scale[:, None], far.fields]), far
 
-    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
         from scipy.special import chdtri
 
@@ -342,4 +365,14 @@ class Locator(Framewise):
         told["apart"], told["broad"] = (0.1 if self.layout.wide else 0.02) * self._shallowest, 0.1 * self._shallowest
         told["far_start"], told["far_step"], told["near"] = far.start, far.step, far.near
         table = packed(response, scale)
-        return sensor_rows(array), basis, edges, shapes, self._squares, far.tables, far.nodes, table, told
+        arrays = sensor_rows(array), basis, edges, shapes, self._squares, far.tables, far.nodes, table, told
+        if self._uncertain is None:
+            return arrays
+        held = self._uncertain.base
+        nodes = np.arange(held.start, held.stop, _OTHERS * self._shallowest)[:, None]
+        given = {
+            "friction": self.friction, "largest": largest, "ambiguity": self._ambiguity,
+            "apart": float(told[0]["apart"]), "box": np.array(self._search_ends),
+            "beyond": np.array([held.start, held.stop]),
+        }  # fmt: skip
+        return *arrays, self._uncertain.to_settle(array, pattern, self.layout, nodes, **given)

@@ -19,6 +19,7 @@ from ...radial_round import RoundResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, ROUND, SIZED, TWIST, Layout
+from ..settle.uncertain import Uncertain, fill_settled
 from ..varpro import Limits
 from .far import INNER, far_from, nodes_of
 from .judge import Beyond, Settings, plain
@@ -28,7 +29,6 @@ from .round_contact import tables_of
 from .round_project import RoundSearch
 from .search import step_of
 from .tiles import COUNT, NEAR, NODES, STRIDE, Seen, Tiles, boxes_beyond, nodes_beyond, nodes_of_sensors, tiles_of
-from .uncertain import Uncertain, fill_settled
 
 __all__ = ["AreaLocator", "LocalLocator", "RoundLocator"]
 
@@ -212,11 +212,15 @@ class AreaLocator(LocalLocator):
         settings = self._settings(array, response, error, least_told_apart(seen, _ALIKE))
         arrays = sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
         if self._uncertain is not None:
-            arrays += (
-                self._uncertain.to_settle(
-                    response, array, pattern, settings, self._beyond, beyond.nodes[:, :2], self._step
-                ),
-            )
+            steps = (np.arange(low, high + 0.5 * self._step, self._step) for low, high in box)
+            grid = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
+            nodes = np.concatenate([grid, beyond.nodes[:, :2]])
+            told = {
+                "friction": self.friction, "largest": settings.largest, "ambiguity": settings.ambiguity,
+                "apart": settings.apart, "box": settings.box,
+                "beyond": settings.box + self._beyond * np.array([-1.0, 1.0, -1.0, 1.0]),
+            }  # fmt: skip
+            arrays += (self._uncertain.to_settle(array, pattern, self.layout, nodes, **told),)
         return arrays
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:

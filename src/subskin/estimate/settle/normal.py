@@ -13,28 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._check import FloatArray
-from .._compiled import compiled
+from ..._check import FloatArray
+from ..._compiled import compiled
 
 COMMON = 3
 """Errors that sensors may have in common: of gain, of depth, of Poisson's ratio."""
 _FIXED = 1e12
 """Weight of what is as good as exact."""
-
-
-class Errors(NamedTuple):
-    """Standard deviations, of each sensor (n,): in units of its noise `still`; as shares `gain`; in steps of the table
-    of deeper sensors `depth`; in metres `position`; the shares of gain and depth that are in `common`, as square roots,
-    and Poisson's ratio in steps of its table.
-    """
-
-    still: FloatArray
-    gain: FloatArray
-    depth: FloatArray
-    position: FloatArray
-    own: float
-    common: float
-    poisson: float
 
 
 class SettlingRoom(NamedTuple):
@@ -68,6 +53,13 @@ def room_of(positions, components, common, n):
         np.zeros(n), np.zeros((m, m)), np.zeros((m, m)),
         np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m),
     )  # fmt: skip
+
+
+@compiled(inline=True)
+def copied(values, out):
+    """Write values over `out`, both (n,)."""
+    for i in range(out.size):
+        out[i] = values[i]
 
 
 @compiled(borrows=True)

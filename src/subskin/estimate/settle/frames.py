@@ -1,0 +1,233 @@
+"""Compiled: loads that a loop found, settled by all errors: a point load on an area, a line load on a row."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..._compiled import compiled
+from ..area.point import ROWS
+from .elsewhere import elsewhere, scanning, variance_of
+from .normal import COMMON, copied, room_of, second_moment, size_of, spread_of, stepped
+from .variants import SettlingCase, lay_out, settle
+
+_TAKEN, _NARROW, _FAR, _WIDE = 16.0, 0.05, 40.0, 0.2
+"""What a size has to explain beside a point, in chi-square, to be taken; the standard deviation of q up to which
+readings change in proportion to it; the chi-square from which a size is out of the question; and the standard deviation
+of a position [least depths] from which it is not known."""
+_HALF_WIDTHS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+"""Of which each is as likely before the readings are seen, in those of the largest."""
+_SEEN = 120.0
+"""Least chi-square of the readings of a frame that is scaled: less is no contact."""
+_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED = 0.0, 1.0, 2.0, 3.0
+
+
+@compiled(borrows=True)
+def _start(room, row, at, scale):
+    positions = room.at.size
+    room.size[0] = 0.0
+    for j in range(positions):
+        room.at[j] = row[at + j]
+    for c in range(room.load.size):
+        room.load[c] = scale * row[at + positions + c]
+
+
+@compiled(borrows=True)
+def _put(room, row, at):
+    positions = room.at.size
+    for j in range(positions):
+        row[at + j] = room.at[j]
+    for c in range(room.load.size):
+        row[at + positions + c] = room.load[c]
+
+
+@compiled(borrows=True)
+def _as_it_is(room, other):
+    """The state of a room, to another."""
+    copied(room.at, other.at)
+    copied(room.load, other.load)
+    other.size[0] = room.size[0]
+
+
+@compiled(borrows=True)
+def _direction_open(room, spread):
+    """Whether the readings leave open the direction of the force by a radian; spread: the covariance of all."""
+    load, positions = room.load, room.at.size
+    every = positions + load.size
+    square = trace = along = 0.0
+    for c in range(load.size):
+        square += load[c] ** 2
+        for d in range(c, load.size):
+            i = positions + c
+            value = spread[i * (2 * every + 1 - i) // 2 + d - c]
+            trace += value if c == d else 0.0
+            along += (1.0 if c == d else 2.0) * load[c] * load[d] * value
+    return not trace * square - along < square * square
+
+
+@compiled(borrows=True)
+def _profiled(w, case, base, room, tried, out):
+    """Fill `out` with the mean, over all half widths as the readings leave them, of the moves from `base`.
+
+    The moves' products (K (K + 1) / 2,), K = P + F; tried (widths, K + 1): scratch; `room` begins at a load, and is
+    used.
+    """
+    lowest, total, positions, last = math.inf, 0.0, room.at.size, tried.shape[1] - 1
+    tried[:, last] = math.inf
+    for k in range(_HALF_WIDTHS.size):
+        room.size[0] = _HALF_WIDTHS[k] ** 2
+        left = settle(w, case, case.told.box, False, room)
+        tried[k, last], lowest = left, min(left, lowest)
+        for j in range(positions):
+            tried[k, j] = room.at[j] - base.at[j]
+        for c in range(last - positions):
+            tried[k, positions + c] = room.load[c] - base.load[c]
+        if not left < lowest + _FAR:
+            break
+    out[:] = 0.0
+    for k in range(_HALF_WIDTHS.size):
+        share = math.exp(-0.5 * (tried[k, last] - lowest)) if tried[k, last] < math.inf else 0.0
+        if share > 0.0:
+            share *= 0.5 if k == 0 or k == _HALF_WIDTHS.size - 1 else 1.0
+            total += share
+            _add_products(tried[k, :last], share, out)
+    for e in range(out.size):
+        out[e] /= total
+
+
+@compiled(borrows=True)
+def _add_products(moves, share, out):
+    """Add a share of the products of moves (K,) to the upper triangle `out`."""
+    e = 0
+    for i in range(moves.size):
+        for j in range(i, moves.size):
+            out[e] += share * moves[i] * moves[j]
+            e += 1
+
+
+@compiled(borrows=True)
+def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, more):
+    """Settle `room` and `other`, its rival, once more with a size, if that is needed to explain the readings.
+
+    `more`, which is zero, becomes what sizes that explain them as well add to the covariance. Returns what room and
+    other leave, and whether they have a size.
+    """
+    told, only = case.told, sized
+    if not sized:  # to first order, what a size would explain
+        lay_out(w, case, True, room)
+        stepped(room, told.friction, True)
+        best, deviation = size_of(room, moves)
+        if left <= told.largest and not best > 4.0 * deviation:
+            _as_it_is(room, third)
+            third.size[0] = 1.0
+            far = settle(w, case, told.box, False, third) if deviation < _NARROW else left
+            if far > left + _FAR:
+                _add_products(moves, second_moment(best, deviation), more)
+                lay_out(w, case, False, room)
+                stepped(room, told.friction, False)
+                return left, worse, False
+    _as_it_is(room, third)
+    found = left if only else settle(w, case, told.box, True, third)
+    if not only and (found < left - _TAKEN or not left <= told.largest):
+        left, sized = found, True
+        _as_it_is(third, room)
+        if worse < math.inf:
+            worse = min(worse, settle(w, case, told.box, True, other))
+    lay_out(w, case, True, room)
+    stepped(room, told.friction, sized)
+    deviation = 1.0
+    if sized and 0.0 < room.size[0] < 1.0:
+        _, deviation = size_of(room, moves)
+    if deviation > _NARROW:
+        _profiled(w, case, room, third, tried, more)
+        lay_out(w, case, False, room)
+        stepped(room, told.friction, False)
+    return left, worse, sized
+
+
+@compiled(frames="readings")
+def scaled_frames(readings, rows, told, sized, scale, out):
+    """Frames as if the noise were that of all errors, into out (f, n); by how much each is divided, into scale (f,)."""
+    share = told.share_sized if sized else told.share
+    for f in range(readings.shape[0]):
+        largest, total, inside = 0.0, 0.0, True
+        for i in range(readings.shape[1]):
+            inside &= rows[2, i] < readings[f, i] < rows[3, i]
+            w = (readings[f, i] - rows[0, i]) * rows[1, i]
+            largest, total = max(largest, w * w), total + w * w
+        square = told.level + share * largest
+        scale[f] = math.sqrt(max(min(square, total / _SEEN), told.level))
+        for i in range(readings.shape[1]):
+            out[f, i] = rows[0, i] + (readings[f, i] - rows[0, i]) / scale[f] if inside else math.nan
+
+
+@compiled(frames="readings")
+def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, sized_only, out):
+    """Settle what the loop over scaled frames found, in `out`; sized_only: as touches of some size alone."""
+    n, positions, components, at = readings.shape[1], nodes.shape[1], fields.shape[1], told.columns
+    every = positions + components
+    common = COMMON if errors.poisson > 0.0 else 2 if errors.common > 0.0 else 0
+    room, other = room_of(positions, components, common, n), room_of(positions, components, common, n)
+    third, scan = room_of(positions, components, common, n), scanning(components, n)
+    numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), components * (1 + positions)
+    case = SettlingCase(
+        variants, errors, told, numbers, numbers.view(np.int64), np.empty((fill, n)), np.empty((fill, n)), np.empty(n)
+    )
+    moves, tried, more = np.empty(every), np.empty((_HALF_WIDTHS.size, every + 1)), np.empty(every * (every + 1) // 2)
+    w = np.empty(n)
+    for f in range(readings.shape[0]):
+        row = out[f]
+        status, row[at.size] = row[at.status], 0.0
+        if status > _AMBIGUOUS or status < _OK:
+            row[at.size] = math.nan
+            continue
+        for i in range(n):
+            w[i] = (readings[f, i] - rows[0, i]) * rows[1, i]
+        sized, worse = sized_only, math.inf
+        _start(room, row, 0, scale[f])
+        exact = told.share == 0.0 and told.level == 1.0 and not sized_only
+        rival = not math.isnan(row[at.rival])
+        if rival:
+            _start(other, row, at.rival, scale[f])
+        if exact:
+            left, worse = row[at.residual], row[at.residual] + row[at.rival_chi2]
+        else:
+            left = settle(w, case, told.box, sized, room)
+            if rival:
+                worse = settle(w, case, told.box, sized, other)
+                apart = 0.0
+                for j in range(positions):
+                    apart += (other.at[j] - room.at[j]) ** 2
+                if apart < (5.0 * told.apart) ** 2:
+                    worse = math.inf
+                elif worse < left:
+                    left, worse, room, other = worse, left, other, room
+        more[:] = 0.0
+        if variants.sizes >= 0 and left < math.inf:
+            left, worse, sized = _with_size(w, case, sized, left, worse, room, other, third, moves, tried, more)
+        if not left <= told.largest:
+            row[:] = math.nan
+            row[at.rival_chi2], row[at.residual], row[at.status] = math.inf, left, _UNEXPLAINED
+            continue
+        spread = row[at.covariance : at.residual]
+        spread_of(room, spread)
+        for e in range(more.size):
+            spread[e] += more[e]
+        _put(room, row, 0)
+        row[at.residual], row[at.size] = left, told.widest * math.sqrt(room.size[0])
+        row[at.rival : at.rival_chi2] = math.nan
+        row[at.rival_chi2] = math.inf
+        if worse < math.inf:
+            _put(other, row, at.rival)
+            row[at.rival_chi2] = max(worse - left, 0.0)
+        known = math.sqrt(variance_of(spread, positions, every)) < 2.0 * _WIDE * told.longest
+        open_ = not known or row[at.rival_chi2] < told.ambiguity or _direction_open(room, spread)
+        for j in range(positions):
+            margin = 2.0 * told.apart
+            open_ |= not told.box[2 * j] + margin < row[j] < told.box[2 * j + 1] - margin
+        if exact and not row[at.size] > 0.0:
+            open_ |= status == _AMBIGUOUS
+        elif not open_ and (status == _AMBIGUOUS or sized_only or exact):
+            open_ = elsewhere(w, case, nodes, fields, sized_only, row, room, other, scan)
+        row[at.status] = _AMBIGUOUS if open_ else _OK

@@ -1,0 +1,59 @@
+"""What is not known of a row's finger, and of the width of a roller's contact, made ready for the loop that settles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...contact import Hertz
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ...response import Response
+from ..frames import packed
+from .given import Variants
+from .uncertain import POWERS, SQUARES, Uncertain, deeper_than, other_than
+
+__all__ = ["on_row"]
+
+_EXACT = 1e-6
+"""What tables leave, of the largest reading."""
+
+
+def on_row(finger: Finger, ends: tuple[float, float]) -> Uncertain | None:
+    """What is not known of a finger with a row of sensors, for line loads between `ends` [m]; None if it is exact."""
+    told, depth = finger.tolerances, np.asarray(finger.array.depth)
+    if told is None:
+        return None
+    if finger.skin.ridges is not None:
+        rule = "readings of a ridged skin are not smooth in what is not known"
+        raise InvalidValueError("tolerances of a finger with ridges", rule, "replace(finger, tolerances=None)")
+    step, deeper = deeper_than(finger)
+    other, widest = other_than(finger), float(depth.min())
+    wide = Response.of(finger, Hertz, ends, widest)
+
+    def parts(y: FloatArray) -> list[FloatArray]:
+        base = finger.receptive_field(y)
+        made = [base] if deeper is None else [base, deeper.receptive_field(y)]
+        made += [] if other is None else [other.receptive_field(y) - base]
+        added = [wide(y, np.full_like(y, np.sqrt(q) * widest)) - base for q in SQUARES]
+        return made + [sum(share * one for share, one in zip(row, added, strict=True)) for row in POWERS]
+
+    both = Response.from_function(
+        lambda y: np.concatenate(parts(y), axis=-2), *ends, step=0.25 * widest, tolerance=_EXACT
+    )
+    n = len(finger.array)
+    every = [both.select(np.arange(both.sensors) // n == v) for v in range(both.sensors // n)]
+    sizes = tuple(every[-SQUARES.size :])
+    first = every[1] if deeper is not None else None
+    second = every[-SQUARES.size - 1] if other is not None else None
+    return Uncertain(told, _rows, every[0], step, first, second, sizes, widest)
+
+
+def _rows(every: list[Response], noise: FloatArray, at: dict[str, int]) -> Variants:
+    """Tables of responses of a row, as loops want them."""
+    table = np.stack([packed(one, 1 / noise) for one in every])
+    none = np.zeros((len(every), 0, 5), dtype=np.int64)
+    n = noise.size
+    return Variants(
+        np.zeros((len(every), 4, n)), table, np.zeros(n + 1, dtype=np.int64), none, every[0].start, every[0].step, **at
+    )

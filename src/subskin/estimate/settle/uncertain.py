@@ -1,0 +1,175 @@
+"""What is not known of a finger and of a touch's size, made ready for the loop that settles (`frames.py`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ..._frozen import Frozen
+from ...array import SensorArray
+from ...finger import Finger
+from ...response import Response
+from ...tolerances import Tolerances
+from ..estimate import Status
+from ..layout import Layout
+from .given import Columns, Errors, Settling, Variants
+
+__all__ = ["POWERS", "SQUARES", "Uncertain", "deeper_than", "fill_settled", "other_than"]
+
+_STEP = 0.05
+"""By how much sensors are deeper, and Poisson's ratio is less, where readings are compared."""
+SQUARES = np.array([0.15, 0.4, 0.7, 1.0])
+"""Squares of the half widths at which readings are compared, in those of the largest."""
+POWERS = np.linalg.inv(SQUARES[:, None] ** (1 + np.arange(SQUARES.size)))
+"""Of what these add to readings, for each power of the square."""
+_NODES, _AREA_NODES, _SHIFT = 41, 9, 1e-4
+"""Positions between the sensors at which errors are compared, on a row and along each side of an area; and the shift by
+which slopes are told [depths]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertain(Frozen):
+    """How readings of a load change with what is not known.
+
+    Parameters
+    ----------
+    tolerances : Tolerances
+        Of the finger.
+    lay : callable
+        From responses, noise and which is which to `Variants`.
+    base : RadialResponse or Response
+        Of the finger as drawn; the others cover the same positions.
+    step : float
+        By how much deeper sensors are those of `deeper` [depths].
+    deeper : RadialResponse or Response or None
+        Of the same sensors deeper in the skin, where depths are not known.
+    other : RadialResponse or Response or None
+        What another Poisson's ratio changes, .05 off, where it is not known.
+    sizes : tuple of RadialResponse or Response
+        What a touch of half width a adds, in powers of (a / widest)^2; none where touches have no size.
+    widest : float
+        The largest half width of a touch [m].
+    """
+
+    tolerances: Tolerances
+    lay: Callable[[list[Any], FloatArray, dict[str, int]], Variants]
+    base: Any
+    step: float
+    deeper: Any
+    other: Any
+    sizes: tuple[Any, ...]
+    widest: float
+
+    def to_settle(
+        self, array: SensorArray, pattern: npt.NDArray[np.bool_], layout: Layout, nodes: FloatArray, **told: Any
+    ) -> tuple[Any, ...]:
+        """Arguments of the loop that settles, for the sensors of `pattern`, which are `array`.
+
+        Another load is looked for at `nodes` (nodes, P); `told` has the thresholds of `Settling` that are not made
+        here.
+        """
+        noise, depth = np.asarray(array.noise), np.asarray(array.depth)
+        every, at = [self.base], {}
+        for name in ("deeper", "other"):
+            one = getattr(self, name)
+            at[name] = len(every) if one is not None else -1
+            every += [one] if one is not None else []
+        at["sizes"] = len(every) if self.sizes else -1
+        every = [one.select(pattern) for one in (*every, *self.sizes)]
+        variants = self.lay(every, noise, at)
+        tolerances, n = self.tolerances, len(pattern)
+        gain, deep, moved, drift = (tolerances.of(k, n)[pattern] for k in ("gain", "depth", "position", "offset"))
+        errors = Errors(
+            still=np.hypot(tolerances.noise, drift / noise), gain=np.array(gain), depth=deep / abs(self.step),
+            position=moved * depth, own=float(np.sqrt(1 - tolerances.common)),
+            common=float(np.sqrt(tolerances.common)), poisson=tolerances.poisson / _STEP,
+        )  # fmt: skip
+        share, sized = self._shares([_reads(one, noise) for one in every], at, errors, array)
+        settling = Settling(
+            widest=self.widest, longest=0.5 * float(depth.min()), level=float((errors.still**2).mean()), share=share,
+            share_sized=sized, columns=Columns(*(getattr(layout, name) for name in Columns._fields)), **told,
+        )  # fmt: skip
+        fields = np.ascontiguousarray(_reads(every[0], noise)(nodes).swapaxes(1, 2))
+        return variants, errors, settling, nodes, fields
+
+    @staticmethod
+    def _shares(
+        read: list[Callable[[FloatArray], FloatArray]], at: dict[str, int], errors: Errors, array: SensorArray
+    ) -> list[float]:
+        """Mean squares of what errors change, of the largest reading squared: without a size, and with the largest."""
+        points = array.points if array.on_area else np.asarray(array.y)[:, None]
+        sides = np.linspace(points.min(axis=0), points.max(axis=0), _AREA_NODES if array.on_area else _NODES).T
+        grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
+        normal = [one(grid)[..., 0] for one in read]
+        power = normal[0] ** 2
+        change = errors.gain**2 * power
+        shift = _SHIFT * float(np.asarray(array.depth).min())
+        for step in shift * np.eye(len(sides)):
+            slope = (read[0](grid + step) - read[0](grid - step))[..., 0] / (2 * shift)
+            change = change + (errors.position * slope) ** 2
+        if at["deeper"] >= 0:
+            change = change + (errors.depth * (normal[at["deeper"]] - normal[0])) ** 2
+        if at["other"] >= 0:
+            change = change + (errors.poisson * normal[at["other"]]) ** 2
+        wider = sum(normal[at["sizes"] :]) ** 2 if at["sizes"] >= 0 else 0.0
+        shares = [each.mean(axis=-1) for each in (change, change + wider)]
+        return [float((share / power.max(axis=-1)).mean()) for share in shares]
+
+
+def deeper_than(finger: Finger) -> tuple[float, Finger | None]:
+    """The finger with its sensors deeper by a step, or less deep where the skin ends; None where depths are known."""
+    assert finger.tolerances is not None
+    depth, step = np.asarray(finger.array.depth), _STEP
+    if not np.any(finger.tolerances.depth):
+        return step, None
+    if float(depth.max()) * (1 + step) > finger.skin.thickness:
+        step = -_STEP
+    return step, replace(finger, array=replace(finger.array, depth=depth * (1 + step)))
+
+
+def other_than(finger: Finger) -> Finger | None:
+    """The finger with another Poisson's ratio; None where it is known."""
+    assert finger.tolerances is not None
+    if not finger.tolerances.poisson:
+        return None
+    ratios = [material.poisson for material in finger.skin.materials]
+    change = -_STEP if min(ratios) >= _STEP else _STEP
+    less = [replace(m, poisson=min(m.poisson + change, 0.5)) for m in finger.skin.materials]
+    return replace(finger, skin=finger.skin.with_(materials=less))
+
+
+def _reads(one: Any, noise: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Readings (..., n, F) under unit forces at positions (..., P), in units of the noise."""
+    if isinstance(one, Response):
+        return lambda at: one(at[..., 0]) / noise[:, None]
+    return lambda at: np.asarray(one(at)) / noise[:, None]
+
+
+def fill_settled(loop: Any, frames: FloatArray, arrays: Sequence[Any], sized: bool, out: FloatArray) -> None:
+    """What a loop finds in frames, settled; where that explains nothing and touches may have a size, again with one.
+
+    arrays: its arguments between the frames and `out`, then those of the loop that settles.
+    """
+    status = arrays[-1][2].columns.status
+    _settled(loop, frames, arrays, False, out)
+    again = np.flatnonzero(out[:, status] == Status.UNEXPLAINED) if sized else np.empty(0, dtype=np.intp)
+    if again.size:
+        part = np.empty((again.size, out.shape[1]))
+        _settled(loop, np.ascontiguousarray(frames[again]), arrays, True, part)
+        taken = np.isin(part[:, status], (Status.OK, Status.AMBIGUOUS))
+        out[again[taken]] = part[taken]
+
+
+def _settled(loop: Any, frames: FloatArray, arrays: Sequence[Any], sized: bool, out: FloatArray) -> None:
+    """A loop over frames as if the noise were that of all errors; then each settled by these."""
+    from .frames import scaled_frames, settle_frames
+
+    settling, scale, scaled = arrays[-1], np.empty(len(frames)), np.empty_like(frames)
+    scaled_frames(frames, arrays[0], settling[2], sized, scale, scaled)
+    loop(scaled, *arrays[:-1], out)
+    settle_frames(frames, arrays[0], *settling, scale, sized, out)

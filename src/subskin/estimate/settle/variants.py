@@ -1,0 +1,139 @@
+"""Compiled: readings of a load, or of a touch of some size, by fingers that are not quite their drawing.
+
+A line load on a row, a point load on an area: the table says which.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ..._compiled import compiled
+from ..area.point import Point, PointModel, point_field, read
+from ..kinds import Along, Line, line_at, line_read
+from .given import Errors, Settling, Variants
+from .normal import copied, stepped
+
+_STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
+"""The most steps, and the change of chi-square, and the share of it, below which the last was enough."""
+
+
+class SettlingCase(NamedTuple):
+    """What a frame is settled by; scratch: numbers, bits (V, ROWS, n + 1), the same as either; here, there
+    (F (1 + P), n): readings under unit forces, then their slopes in each coordinate; changed (n,).
+    """
+
+    variants: Variants
+    errors: Errors
+    told: Settling
+    numbers: FloatArray
+    bits: npt.NDArray[np.int64]
+    here: FloatArray
+    there: FloatArray
+    changed: FloatArray
+
+
+@compiled(borrows=True)
+def _fill(table, case, v, at, out):
+    """Readings of a variant under unit forces at `at`, then their slopes, into `out` (F (1 + P), n)."""
+    made = case.variants
+    if table.ndim == 5:
+        line = Line(table[v], made.start, made.step, out)
+        cell = line_at(line, Along(at[0]))
+        for i in range(out.shape[1]):
+            out[0, i], out[1, i], out[2, i], out[3, i], _, _ = line_read(line, cell, i)
+    else:
+        model = PointModel(made.sensors[v], made.first, table[v], made.terms[v], case.numbers[v], case.bits[v])
+        point_field(model, Point(at[0], at[1]))
+        for i in range(out.shape[1]):
+            (
+                out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i], out[6, i], out[7, i], out[8, i],
+            ) = read(model, 0, i)  # fmt: skip
+
+
+@compiled(borrows=True)
+def _add(fields, begin, load, share, out):
+    """Add a share of what a load reads by the fields (F,) from `begin` on to `out` (n,)."""
+    for c in range(load.size):
+        much = share * load[c]
+        for i in range(out.size):
+            out[i] += much * fields[begin + c, i]
+
+
+@compiled(borrows=True)
+def lay_out(w, case, sized, room):
+    """Rows, weights and rest of the readings at the state of `room`; sized: with slopes in q."""
+    made, errors, at, load, rows = case.variants, case.errors, room.at, room.load, room.rows
+    here, there, changed, q = case.here, case.there, case.changed, room.size[0]
+    positions, components, n = at.size, load.size, w.size
+    by_q = positions + components
+    common = by_q + 1
+    rows[:] = 0.0
+    changed[:] = 0.0
+    _fill(made.table, case, 0, at, here)
+    if made.deeper >= 0:
+        _fill(made.table, case, made.deeper, at, there)
+        _add(there, 0, load, 1.0, changed)
+        _add(here, 0, load, -1.0, changed)
+    power = 1.0
+    for k in range(made.table.shape[0] - made.sizes if made.sizes >= 0 and (sized or q > 0.0) else 0):
+        _fill(made.table, case, made.sizes + k, at, there)
+        _add(there, 0, load, (k + 1) * power, rows[by_q])
+        power *= q
+        if power == 0.0:
+            break
+        for r in range(here.shape[0]):
+            for i in range(n):
+                here[r, i] += power * there[r, i]
+    for j in range(positions):
+        _add(here, components * (1 + j), load, 1.0, rows[j])
+    for c in range(components):
+        copied(here[c], rows[positions + c])
+    copied(w, room.rest)
+    _add(here, 0, load, -1.0, room.rest)
+    for i in range(n):
+        deep, own = errors.depth[i] * changed[i], errors.gain[i] * (w[i] - room.rest[i])
+        moved = 0.0
+        for j in range(positions):
+            moved += rows[j, i] ** 2
+        room.weight[i] = 1.0 / (
+            errors.still[i] ** 2 + errors.position[i] ** 2 * moved + errors.own**2 * (own**2 + deep**2)
+        )
+        if common < rows.shape[0]:
+            rows[common, i] = errors.common * own
+        if common + 1 < rows.shape[0]:
+            rows[common + 1, i] = errors.common * deep
+    if made.other >= 0:
+        _fill(made.table, case, made.other, at, there)
+        _add(there, 0, load, errors.poisson, rows[common + 2])
+
+
+@compiled(borrows=True)
+def settle(w, case, box, sized, room):
+    """From the state of `room` to the best one; chi-square left, infinite where no load presses."""
+    left, told, positions, components = math.inf, case.told, room.at.size, room.load.size
+    for _ in range(_STEPS):
+        before = left
+        lay_out(w, case, sized, room)
+        left = stepped(room, told.friction, sized)
+        if left < 0.0:
+            return math.inf
+        x, length = room.step, 0.0
+        for j in range(positions):
+            length += x[j] ** 2
+        shorter = min(1.0, told.longest / max(math.sqrt(length), 1e-300))
+        for j in range(positions):
+            room.at[j] = min(max(room.at[j] + shorter * x[j], box[2 * j]), box[2 * j + 1])
+        for c in range(components):
+            room.load[c] += shorter * x[positions + c]
+        if sized:
+            room.size[0] = min(max(room.size[0] + shorter * x[positions + components], 0.0), 1.0)
+        if not room.load[0] > 0.0:
+            return math.inf
+        if shorter == 1.0 and abs(left - before) < _LEAST + _SHARE * left:
+            break
+    return left
