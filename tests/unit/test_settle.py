@@ -1,4 +1,4 @@
-"""A finger that is not exactly its drawing: what `locate` on an area says of it, against fingers drawn at random."""
+"""A finger that is not exactly its drawing: what `locate` says of it, against fingers drawn at random."""
 
 from __future__ import annotations
 
@@ -27,18 +27,69 @@ def touches(rng: np.random.Generator, count: int) -> dict[str, np.ndarray]:
     return {"position": rng.uniform(-1.5, 1.5, (count, 2)) * DEPTH, "components": components}
 
 
-@pytest.mark.parametrize(
-    "told",
-    [
-        ss.Tolerances(gain=0.02),
-        ss.Tolerances(depth=0.05),
-        ss.Tolerances(position=0.05),
-        ss.Tolerances(poisson=0.05),
-        ss.Tolerances(offset=0.01 * PEAK),
-        ss.Tolerances(gain=0.02, depth=0.05, position=0.05, poisson=0.05, offset=0.01 * PEAK),
-    ],
-    ids=["gain", "depth", "position", "poisson", "offset", "all"],
-)
+EACH = {
+    "gain": ss.Tolerances(gain=0.02),
+    "depth": ss.Tolerances(depth=0.05),
+    "position": ss.Tolerances(position=0.05),
+    "poisson": ss.Tolerances(poisson=0.05),
+    "offset": ss.Tolerances(offset=0.01 * PEAK),
+    "all": ss.Tolerances(gain=0.02, depth=0.05, position=0.05, poisson=0.05, offset=0.01 * PEAK),
+}
+
+
+def drawn_row(told: ss.Tolerances | None, noise: float = 1e-3) -> ss.Finger:
+    array = ss.SensorArray.line(count=8, pitch=0.75 * DEPTH, depth=DEPTH, noise=noise * PEAK)
+    return ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array, tolerances=told)
+
+
+def lines(rng: np.random.Generator, count: int) -> dict[str, np.ndarray]:
+    # a load of 160 N/m makes the strain PEAK
+    force, angle = rng.uniform(80, 240, count), rng.uniform(-0.5, 0.5, count)
+    return {"force": force, "angle": angle, "position": rng.uniform(-2.6, 2.6, count) * DEPTH}
+
+
+@pytest.mark.parametrize("told", EACH.values(), ids=EACH)
+def test_rows_drawn_from_the_tolerances_are_located_within_their_intervals(told: ss.Tolerances) -> None:
+    rng, finger = np.random.default_rng(3), drawn_row(told)
+    held, ok, wrong, exact = [], [], [], []
+    for _ in range(12):
+        touch = lines(rng, 40)
+        readings = ss.Finger(*told.draw(finger.skin, finger.array, rng)).read(ss.LineLoad(**touch), rng)
+        found = finger.locate(readings)
+        off = np.abs(found.position - touch["position"])
+        std = np.sqrt(np.diagonal(found.load.covariance, axis1=-2, axis2=-1))
+        ok.append(found.ok)
+        held.append((off < 1.96 * std[:, 0])[found.ok])
+        normal = np.abs(found.load.components[:, 0] - touch["force"] * np.cos(touch["angle"]))
+        held.append((normal < 1.96 * std[:, 1])[found.ok])
+        wrong.append(found.ok & ((off > 5 * std[:, 0]) | (off > 0.3 * DEPTH)))
+        exact.append(replace(finger, tolerances=None).locate(readings).ok)
+    assert np.mean(np.concatenate(ok)) > 0.95
+    assert np.mean(np.concatenate(wrong)) <= 0.01
+    assert 0.88 < np.mean(np.concatenate(held)) <= 1.0
+    assert np.mean(np.concatenate(exact)) < 0.9  # the noise alone does not explain them
+
+
+def test_a_roller_is_explained_and_said_to_be_one() -> None:
+    rng, finger = np.random.default_rng(5), drawn_row(ss.Tolerances())
+    touch = lines(rng, 200)
+    found = finger.locate(finger.read(ss.Hertz(half_width=0.5 * DEPTH, **touch), rng))
+    assert found.ok.mean() > 0.95
+    assert np.abs(found.half_width[found.ok] / DEPTH - 0.5).mean() < 0.05
+    std = np.sqrt(np.diagonal(found.load.covariance, axis1=-2, axis2=-1))
+    inside = np.abs(found.position - touch["position"]) < 1.96 * std[:, 0]
+    assert 0.9 < inside[found.ok].mean() < 0.99
+
+
+def test_a_row_without_errors_answers_as_an_exact_one() -> None:
+    rng = np.random.default_rng(7)
+    readings = drawn_row(None).read(ss.LineLoad(**lines(rng, 50)), rng)
+    exact, told = drawn_row(None).locate(readings), drawn_row(ss.Tolerances()).locate(readings)
+    assert told.position == pytest.approx(exact.position, abs=1e-9)
+    assert (told.half_width == 0).all()
+
+
+@pytest.mark.parametrize("told", EACH.values(), ids=EACH)
 def test_fingers_drawn_from_the_tolerances_are_located_within_their_intervals(told: ss.Tolerances) -> None:
     rng, finger = np.random.default_rng(3), drawn(told)
     held, ok, wrong, exact = [], [], [], []
@@ -105,9 +156,12 @@ def test_other_sensors_of_a_layer_know_tolerances_too(kind: ss.Transducer) -> No
 def test_what_does_not_count_tolerances_refuses_them() -> None:
     with pytest.raises(InvalidValueError, match="only `locate` counts them"):
         drawn(ss.Tolerances(gain=0.02)).fit(np.zeros(16))
-    row = ss.Finger(SKIN, ss.SensorArray.line(4, 2e-3, 2e-3, noise=1e-4), tolerances=ss.Tolerances(gain=0.02))
-    with pytest.raises(InvalidValueError, match="on an area"):
-        row.locate(np.zeros(4))
+    row = drawn_row(ss.Tolerances(gain=0.02))
+    for load in ("point", "either"):
+        with pytest.raises(InvalidValueError, match="only `locate` counts them"):
+            replace(row, skin=SKIN).locate(np.zeros(8), load=load)
+    with pytest.raises(InvalidValueError, match="only `locate` counts them"):
+        row.fit(np.zeros(8), "hertz")
     with pytest.raises(InvalidValueError, match="16 sensors"):
         drawn(ss.Tolerances(gain=[0.02, 0.03])).locate(np.zeros(16))
     with pytest.raises(InvalidValueError, match="noise"):

@@ -15,6 +15,8 @@ from .variants import settle
 
 _FEW, _SLACK = 4, 30.0
 """Nodes that are climbed; and how much a node may leave more than the load near it."""
+FEW_SPARE = 2
+"""Spare readings up to which a touch of some size may read like a load without one that is far from it."""
 
 
 class Scanning(NamedTuple):
@@ -117,12 +119,32 @@ def _taken_at(field, weight, w, common, friction, table, scan):
 
 
 @compiled(borrows=True)
-def _distance(room, one, row):
-    """From the load of a row to a position (P,)."""
+def _distance(one, other, positions):
+    """Between positions, the first of what `one` and `other` hold."""
     total = 0.0
-    for j in range(room.at.size):
-        total += (one[j] - row[j]) ** 2
+    for j in range(positions):
+        total += (one[j] - other[j]) ** 2
     return math.sqrt(total)
+
+
+@compiled(borrows=True)
+def _rank(nodes, p, left, near, best):
+    """Take up node p, which leaves so much, among the best, of which no two are near each other."""
+    rank = 0
+    while rank < _FEW and best[rank, 0] <= left:
+        if _distance(nodes[p], nodes[int(best[rank, 1])], nodes.shape[1]) < near:
+            return
+        rank += 1
+    if rank == _FEW:
+        return
+    last = rank
+    while last < _FEW - 1 and (
+        best[last, 1] < 0.0 or _distance(nodes[p], nodes[int(best[last, 1])], nodes.shape[1]) >= near
+    ):
+        last += 1
+    for e in range(last, rank, -1):
+        best[e, 0], best[e, 1] = best[e - 1, 0], best[e - 1, 1]
+    best[rank, 0], best[rank, 1] = left, float(p)
 
 
 @compiled(borrows=True)
@@ -137,21 +159,15 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
     spread = row[at.covariance : at.residual]
     reach = max(6.0 * math.sqrt(variance_of(spread, positions, every)), 5.0 * told.apart)
     enough, common = row[at.residual] + told.ambiguity, room.rows.shape[0] - every - 1
-    total = _whiten(w, room, scan.along)
+    total, slack = _whiten(w, room, scan.along), math.inf if sized and w.size <= every + FEW_SPARE else _SLACK
     for e in range(_FEW):
         best[e, 0], best[e, 1] = math.inf, -1.0
     for p in range(nodes.shape[0]):
-        if _distance(room, nodes[p], row) < reach:
+        if _distance(nodes[p], row, positions) < reach:
             continue
         left = total - _taken_at(fields[p], weight, w, common, told.friction, table, scan)
-        if left < enough + _SLACK:
-            rank = _FEW
-            while rank > 0 and best[rank - 1, 0] > left:
-                rank -= 1
-            for e in range(_FEW - 1, rank, -1):
-                best[e, 0], best[e, 1] = best[e - 1, 0], best[e - 1, 1]
-            if rank < _FEW:
-                best[rank, 0], best[rank, 1] = left, float(p)
+        if left < enough + slack:
+            _rank(nodes, p, left, told.longest, best)
     force = 0.0
     for c in range(room.load.size):
         force += room.load[c] ** 2
@@ -163,6 +179,6 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
         other.load[:], other.size[0] = 0.0, 0.0
         other.load[0] = math.sqrt(force)
         left = settle(w, case, told.beyond, sized, other)
-        if left < enough and _distance(room, other.at, row) > reach:
+        if left < enough and _distance(other.at, row, positions) > reach:
             return True
     return False

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._compiled import compiled
 from ..area.point import ROWS
-from .elsewhere import elsewhere, scanning, variance_of
+from .elsewhere import FEW_SPARE, elsewhere, scanning, variance_of
 from .normal import COMMON, copied, room_of, second_moment, size_of, spread_of, stepped
 from .variants import SettlingCase, lay_out, settle
 
@@ -226,8 +226,11 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
         for j in range(positions):
             margin = 2.0 * told.apart
             open_ |= not told.box[2 * j] + margin < row[j] < told.box[2 * j + 1] - margin
-        if exact and not row[at.size] > 0.0:
+        few = variants.sizes >= 0 and n <= every + FEW_SPARE
+        if row[at.size] > 0.0:  # it needs one reading more
+            open_ |= not n > every + 1
+        if exact and not row[at.size] > 0.0 and not few:
             open_ |= status == _AMBIGUOUS
-        elif not open_ and (status == _AMBIGUOUS or sized_only or exact):
-            open_ = elsewhere(w, case, nodes, fields, sized_only, row, room, other, scan)
+        elif not open_ and (status == _AMBIGUOUS or sized_only or exact or few):
+            open_ = elsewhere(w, case, nodes, fields, sized_only or few, row, room, other, scan)
         row[at.status] = _AMBIGUOUS if open_ else _OK

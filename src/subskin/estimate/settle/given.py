@@ -45,7 +45,7 @@ class Variants(NamedTuple):
     sizes: int
 
 
-class Columns(NamedTuple):
+class SettledColumns(NamedTuple):
     """Where a row of the answer has what (`Layout`)."""
 
     covariance: int
@@ -75,4 +75,4 @@ class Settling(NamedTuple):
     level: float
     share: float
     share_sized: float
-    columns: Columns
+    columns: SettledColumns

@@ -17,7 +17,7 @@ from ...response import Response
 from ...tolerances import Tolerances
 from ..estimate import Status
 from ..layout import Layout
-from .given import Columns, Errors, Settling, Variants
+from .given import Errors, SettledColumns, Settling, Variants
 
 __all__ = ["POWERS", "SQUARES", "Uncertain", "deeper_than", "fill_settled", "other_than"]
 
@@ -90,9 +90,11 @@ class Uncertain(Frozen):
             common=float(np.sqrt(tolerances.common)), poisson=tolerances.poisson / _STEP,
         )  # fmt: skip
         share, sized = self._shares([_reads(one, noise) for one in every], at, errors, array)
+        columns = SettledColumns(*(getattr(layout, name) for name in SettledColumns._fields))
+        columns = SettledColumns(*(getattr(layout, name) for name in SettledColumns._fields))
         settling = Settling(
             widest=self.widest, longest=0.5 * float(depth.min()), level=float((errors.still**2).mean()), share=share,
-            share_sized=sized, columns=Columns(*(getattr(layout, name) for name in Columns._fields)), **told,
+            share_sized=sized, columns=columns, **told,
         )  # fmt: skip
         fields = np.ascontiguousarray(_reads(every[0], noise)(nodes).swapaxes(1, 2))
         return variants, errors, settling, nodes, fields

@@ -50,9 +50,9 @@ def _fill(table, case, v, at, out):
         model = PointModel(made.sensors[v], made.first, table[v], made.terms[v], case.numbers[v], case.bits[v])
         point_field(model, Point(at[0], at[1]))
         for i in range(out.shape[1]):
-            (
-                out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i], out[6, i], out[7, i], out[8, i],
-            ) = read(model, 0, i)  # fmt: skip
+            values = read(model, 0, i)
+            for r in range(out.shape[0]):
+                out[r, i] = values[r]
 
 
 @compiled(borrows=True)
