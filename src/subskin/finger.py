@@ -112,8 +112,8 @@ class Finger(Tabled, Noun):
         Whether its forces are multiples of the load of the touches it was calibrated on, which nobody measured, and no
         newtons. `calibrate` says so where it is given no force.
     tolerances : Tolerances, optional
-        On an area, how far the finger may be from its drawing. `locate` counts it with the noise, frame by frame
-        (docs/locating_area.md); other estimators do not. Without it the finger is exact.
+        How far the finger may be from its drawing. `locate` counts it with the noise, frame by frame
+        (docs/real_fingers.md); other estimators do not. Without it the finger is exact.
 
     Raises
     ------

@@ -26,7 +26,7 @@ class Tolerances(Noun):
     """Standard deviations of what is not known of a finger; estimators count them with the noise.
 
     The errors of the readings that follow grow with the load, and the estimators weigh them frame by frame
-    (docs/locating_area.md). Each tolerance is one number for all sensors, or one for each; Poisson's ratio has one.
+    (docs/real_fingers.md). Each tolerance is one number for all sensors, or one for each; Poisson's ratio has one.
 
     Parameters
     ----------

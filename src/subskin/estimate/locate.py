@@ -111,7 +111,7 @@ def locator(
     if moment is not None:
         seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
         raise InvalidValueError(seen, rule, 'SensorArray.grid(...), and fit(readings, "round_hertz", moment=True)')
-    if finger.tolerances is not None and (family != "line" or normal_force is not None):
+    if finger.tolerances is not None and (family not in ("line", LineLoad) or normal_force is not None):
         seen = "tolerances of a row's finger in anything but the search of a line load"
         raise InvalidValueError(seen, "only `locate` counts them", "replace(finger, tolerances=None)")
     if family == "point" or family == "either":
@@ -121,6 +121,7 @@ def locator(
         rule = "a long contact has no distance beside the row"
         raise InvalidValueError(f"beside = {_check.shown(beside)}", rule, 'load="point" or load="either"')
     kind = family_of(family)  # type: ignore[arg-type]
+    sized = finger.tolerances is not None and family == "line"  # nothing was said of the touch
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
     forces = _check.ends("normal_force", normal_force, "normal_force=(1.0, 100.0)")
@@ -139,7 +140,7 @@ def locator(
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
             if finger.tolerances is not None:
                 whole = reached(finger, table) if ends is None else (table.start, table.stop)
-                more["uncertain"] = on_row(finger, whole)
+                more["uncertain"] = on_row(finger, whole, sized=sized)
             return Locator(table, finger.array, **more).allow_for(finger, friction)
         low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))
         response = Response.of(finger, kind, (table.start, table.stop), max(high, 1e-3 * table.step))
@@ -148,7 +149,7 @@ def locator(
             return StickLocator(response, finger.array, held, **more).allow_for(finger, friction)
         return Locator(response, finger.array, **more).allow_for(finger, friction)
 
-    return prepared(finger).get(("locator", kind, ends, widths, forces, held, *values.values()), make)
+    return prepared(finger).get(("locator", kind, sized, ends, widths, forces, held, *values.values()), make)
 
 
 def row_locator(finger: Finger, family: str | Family = "line", **options: Any) -> Locator:
@@ -219,7 +220,8 @@ def locate(
     load : {"line", "point", "either"}, optional
         What presses; on an area a point always. On a row "line" if left out; "point" presses on the row or up to
         `beside` of it, on a skin that takes local contacts, and |z| is found as `beside` of the answer;
-        "either" is both, an `Either` with the probability of the point (docs/locating_row.md).
+        "either" is both, an `Either` with the probability of the point (docs/locating_row.md). If it is left out and
+        the finger has tolerances, a touch may have a size, which is `half_width` of the answer (docs/real_fingers.md).
     beside : float, optional
         As in `locator`.
     search, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
@@ -263,8 +265,9 @@ def locate(
         _check.choice("load", load, ("line", "point", "either"))
     if load == "line":
         finger.array.refuse_area()
+    family = LineLoad if load == "line" else load or "line"
     search_with = _quick(
-        finger, load or "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
+        finger, family, search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
         None, beside, None,
     )  # fmt: skip
     if doubt is not None and finger.array.on_area:

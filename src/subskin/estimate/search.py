@@ -305,7 +305,7 @@ class Locator(Framewise):
             self._compiled(*given[:-1], LINE.named(part))
             given[-1][:, : LINE.columns] = part
 
-        fill_settled(loop, frames, arrays, True, out)
+        fill_settled(loop, frames, arrays, bool(self._uncertain.sizes), out)
 
     def _doubted(
         self,

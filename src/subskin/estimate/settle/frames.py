@@ -18,6 +18,8 @@ readings change in proportion to it; the chi-square from which a size is out of 
 of a position [least depths] from which it is not known."""
 _HALF_WIDTHS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Of which each is as likely before the readings are seen, in those of the largest."""
+_LOOKED_AT = np.array([0.1, 1.0])
+"""Squares of half widths that are tried before readings are taken to change in proportion to the square."""
 _SEEN = 120.0
 """Least chi-square of the readings of a frame that is scaled: less is no contact."""
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED = 0.0, 1.0, 2.0, 3.0
@@ -68,7 +70,7 @@ def _direction_open(room, spread):
 
 @compiled(borrows=True)
 def _profiled(w, case, base, room, tried, out):
-    """Fill `out` with the mean, over all half widths as the readings leave them, of the moves from `base`.
+    """Add to `out` the mean, over all half widths as the readings leave them, of the moves from `base`.
 
     The moves' products (K (K + 1) / 2,), K = P + F; tried (widths, K + 1): scratch; `room` begins at a load, and is
     used.
@@ -85,15 +87,13 @@ def _profiled(w, case, base, room, tried, out):
             tried[k, positions + c] = room.load[c] - base.load[c]
         if not left < lowest + _FAR:
             break
-    out[:] = 0.0
-    for k in range(_HALF_WIDTHS.size):
+    for k in range(_HALF_WIDTHS.size):  # the ends stand for half as much
         share = math.exp(-0.5 * (tried[k, last] - lowest)) if tried[k, last] < math.inf else 0.0
-        if share > 0.0:
-            share *= 0.5 if k == 0 or k == _HALF_WIDTHS.size - 1 else 1.0
-            total += share
-            _add_products(tried[k, :last], share, out)
-    for e in range(out.size):
-        out[e] /= total
+        tried[k, last] = share * (0.5 if k == 0 or k == _HALF_WIDTHS.size - 1 else 1.0)
+        total += tried[k, last]
+    for k in range(_HALF_WIDTHS.size):
+        if tried[k, last] > 0.0:
+            _add_products(tried[k, :last], tried[k, last] / total, out)
 
 
 @compiled(borrows=True)
@@ -113,27 +113,38 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
     `more`, which is zero, becomes what sizes that explain them as well add to the covariance. Returns what room and
     other leave, and whether they have a size.
     """
-    told, only = case.told, sized
+    told, only, begin = case.told, sized, 0.0
     if not sized:  # to first order, what a size would explain
         lay_out(w, case, True, room)
         stepped(room, told.friction, True)
         best, deviation = size_of(room, moves)
-        if left <= told.largest and not best > 4.0 * deviation:
-            _as_it_is(room, third)
-            third.size[0] = 1.0
-            far = settle(w, case, told.box, False, third) if deviation < _NARROW else left
-            if far > left + _FAR:
+        if left <= told.largest and not best > 4.0 * deviation and deviation < _NARROW:
+            for q in _LOOKED_AT:  # readings may bend back to where a larger touch explains them too
+                begin = q
+                _as_it_is(room, third)
+                third.size[0] = q
+                if settle(w, case, told.box, False, third) <= left + _FAR:
+                    break
+                begin = 0.0
+            if begin == 0.0:
                 _add_products(moves, second_moment(best, deviation), more)
                 lay_out(w, case, False, room)
                 stepped(room, told.friction, False)
                 return left, worse, False
-    _as_it_is(room, third)
+    if begin == 0.0:
+        _as_it_is(room, third)
     found = left if only else settle(w, case, told.box, True, third)
     if not only and (found < left - _TAKEN or not left <= told.largest):
         left, sized = found, True
         _as_it_is(third, room)
         if worse < math.inf:
             worse = min(worse, settle(w, case, told.box, True, other))
+    elif not only and found < left + _FAR:
+        for j in range(room.at.size):
+            moves[j] = third.at[j] - room.at[j]
+        for c in range(room.load.size):
+            moves[room.at.size + c] = third.load[c] - room.load[c]
+        _add_products(moves, 1.0 / (1.0 + math.exp(0.5 * (found - left))), more)
     lay_out(w, case, True, room)
     stepped(room, told.friction, sized)
     deviation = 1.0

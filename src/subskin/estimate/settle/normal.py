@@ -3,7 +3,7 @@
 An error of the finger changes readings in proportion to the load, so what readings leave open is known at a load
 alone. From the best load by the noise a few steps of Gauss and Newton lead to the best one by all errors: those of
 each sensor add to its variance; those that all have in common, each of standard deviation 1, are unknowns of their own,
-with that as a prior; so is the square of the half width, between 0 and the largest (docs/locating_area.md).
+with that as a prior; so is the square of the half width, between 0 and the largest (docs/real_fingers.md).
 """
 
 from __future__ import annotations

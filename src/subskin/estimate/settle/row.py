@@ -19,8 +19,11 @@ _EXACT = 1e-6
 """What tables leave, of the largest reading."""
 
 
-def on_row(finger: Finger, ends: tuple[float, float]) -> Uncertain | None:
-    """What is not known of a finger with a row of sensors, for line loads between `ends` [m]; None if it is exact."""
+def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool) -> Uncertain | None:
+    """What is not known of a finger with a row of sensors, for loads between `ends` [m]; None if it is exact.
+
+    sized: whether a load may be a roller's contact.
+    """
     told, depth = finger.tolerances, np.asarray(finger.array.depth)
     if told is None:
         return None
@@ -29,12 +32,14 @@ def on_row(finger: Finger, ends: tuple[float, float]) -> Uncertain | None:
         raise InvalidValueError("tolerances of a finger with ridges", rule, "replace(finger, tolerances=None)")
     step, deeper = deeper_than(finger)
     other, widest = other_than(finger), float(depth.min())
-    wide = Response.of(finger, Hertz, ends, widest)
+    wide = Response.of(finger, Hertz, ends, widest) if sized else None
 
     def parts(y: FloatArray) -> list[FloatArray]:
         base = finger.receptive_field(y)
         made = [base] if deeper is None else [base, deeper.receptive_field(y)]
         made += [] if other is None else [other.receptive_field(y) - base]
+        if wide is None:
+            return made
         added = [wide(y, np.full_like(y, np.sqrt(q) * widest)) - base for q in SQUARES]
         return made + [sum(share * one for share, one in zip(row, added, strict=True)) for row in POWERS]
 
@@ -43,10 +48,9 @@ def on_row(finger: Finger, ends: tuple[float, float]) -> Uncertain | None:
     )
     n = len(finger.array)
     every = [both.select(np.arange(both.sensors) // n == v) for v in range(both.sensors // n)]
-    sizes = tuple(every[-SQUARES.size :])
-    first = every[1] if deeper is not None else None
-    second = every[-SQUARES.size - 1] if other is not None else None
-    return Uncertain(told, _rows, every[0], step, first, second, sizes, widest)
+    first = every.pop(1) if deeper is not None else None
+    second = every.pop(1) if other is not None else None
+    return Uncertain(told, _rows, every[0], step, first, second, tuple(every[1:]), widest)
 
 
 def _rows(every: list[Response], noise: FloatArray, at: dict[str, int]) -> Variants:
