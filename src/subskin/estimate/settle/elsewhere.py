@@ -11,7 +11,7 @@ from ..._check import FloatArray
 from ..._compiled import compiled
 from ..cone import eliminate_three, eliminate_two
 from .normal import COMMON, copied
-from .variants import settle
+from .variants import STEPS, settle
 
 _FEW, _SLACK = 4, 30.0
 """Nodes that are climbed; and how much a node may leave more than the load near it."""
@@ -178,7 +178,7 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
         copied(nodes[p], other.at)
         other.load[:], other.size[0] = 0.0, 0.0
         other.load[0] = math.sqrt(force)
-        left = settle(w, case, told.beyond, sized, other)
+        left = settle(w, case, told.beyond, sized, STEPS, other)
         if left < enough and _distance(other.at, row, positions) > reach:
             return True
     return False

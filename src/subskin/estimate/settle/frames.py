@@ -10,7 +10,7 @@ from ..._compiled import compiled
 from ..area.point import ROWS
 from .elsewhere import FEW_SPARE, elsewhere, scanning, variance_of
 from .normal import COMMON, copied, room_of, second_moment, size_of, spread_of, stepped
-from .variants import SettlingCase, lay_out, settle
+from .variants import STEPS, SettlingCase, lay_out, settle
 
 _TAKEN, _NARROW, _FAR, _WIDE = 16.0, 0.05, 40.0, 0.2
 """What a size has to explain beside a point, in chi-square, to be taken; the standard deviation of q up to which
@@ -18,6 +18,8 @@ readings change in proportion to it; the chi-square from which a size is out of 
 of a position [least depths] from which it is not known."""
 _HALF_WIDTHS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Of which each is as likely before the readings are seen, in those of the largest."""
+_PROFILED = 2
+"""Steps to each of these from the one before."""
 _LOOKED_AT = np.array([0.1, 1.0])
 """Squares of half widths that are tried before readings are taken to change in proportion to the square."""
 _SEEN = 120.0
@@ -79,7 +81,7 @@ def _profiled(w, case, base, room, tried, out):
     tried[:, last] = math.inf
     for k in range(_HALF_WIDTHS.size):
         room.size[0] = _HALF_WIDTHS[k] ** 2
-        left = settle(w, case, case.told.box, False, room)
+        left = settle(w, case, case.told.box, False, _PROFILED, room)
         tried[k, last], lowest = left, min(left, lowest)
         for j in range(positions):
             tried[k, j] = room.at[j] - base.at[j]
@@ -123,7 +125,10 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
                 begin = q
                 _as_it_is(room, third)
                 third.size[0] = q
-                if settle(w, case, told.box, False, third) <= left + _FAR:
+                if (
+                    settle(w, case, told.box, False, 1, third) <= left + 4.0 * _FAR
+                    and settle(w, case, told.box, False, STEPS, third) <= left + _FAR
+                ):
                     break
                 begin = 0.0
             if begin == 0.0:
@@ -133,12 +138,12 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
                 return left, worse, False
     if begin == 0.0:
         _as_it_is(room, third)
-    found = left if only else settle(w, case, told.box, True, third)
+    found = left if only else settle(w, case, told.box, True, STEPS, third)
     if not only and (found < left - _TAKEN or not left <= told.largest):
         left, sized = found, True
         _as_it_is(third, room)
         if worse < math.inf:
-            worse = min(worse, settle(w, case, told.box, True, other))
+            worse = min(worse, settle(w, case, told.box, True, STEPS, other))
     elif not only and found < left + _FAR:
         for j in range(room.at.size):
             moves[j] = third.at[j] - room.at[j]
@@ -204,9 +209,9 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
         if exact:
             left, worse = row[at.residual], row[at.residual] + row[at.rival_chi2]
         else:
-            left = settle(w, case, told.box, sized, room)
+            left = settle(w, case, told.box, sized, STEPS, room)
             if rival:
-                worse = settle(w, case, told.box, sized, other)
+                worse = settle(w, case, told.box, sized, STEPS, other)
                 apart = 0.0
                 for j in range(positions):
                     apart += (other.at[j] - room.at[j]) ** 2

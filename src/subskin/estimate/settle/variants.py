@@ -18,8 +18,8 @@ from ..kinds import Along, Line, line_at, line_read
 from .given import Errors, Settling, Variants
 from .normal import copied, stepped
 
-_STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
-"""The most steps, and the change of chi-square, and the share of it, below which the last was enough."""
+STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
+"""The most steps as a rule, and the change of chi-square, and the share of it, below which the last was enough."""
 
 
 class SettlingCase(NamedTuple):
@@ -113,10 +113,10 @@ def lay_out(w, case, sized, room):
 
 
 @compiled(borrows=True)
-def settle(w, case, box, sized, room):
-    """From the state of `room` to the best one; chi-square left, infinite where no load presses."""
+def settle(w, case, box, sized, most, room):
+    """From the state of `room` to the best one in `most` steps; chi-square left, infinite where no load presses."""
     left, told, positions, components = math.inf, case.told, room.at.size, room.load.size
-    for _ in range(_STEPS):
+    for _ in range(most):
         before = left
         lay_out(w, case, sized, room)
         left = stepped(room, told.friction, sized)
