@@ -210,6 +210,7 @@ class Finger(Tabled, Noun):
                 "noise",
                 span(a.noise, units.pop() if len(units) == 1 else "") + f", gain {span(np.asarray(a.gain)[a.live])}",
             ),
+            *([("tolerances", str(self.tolerances))] if self.tolerances is not None else []),
             *([("forces", "multiples of the load of the touches it was calibrated on")] if self.relative else []),
         ]
 

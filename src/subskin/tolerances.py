@@ -11,6 +11,7 @@ import numpy.typing as npt
 from . import _check
 from ._check import FloatArray
 from ._declared import Noun, Real
+from ._shown import span
 from .array import SensorArray
 from .errors import InvalidValueError
 from .skin.base import Skin
@@ -75,6 +76,13 @@ class Tolerances(Noun):
     common: Annotated[float, Real(at_least=0.0, at_most=1.0)] = 0.25
 
     EXAMPLE: ClassVar = "Tolerances(gain=0.02, depth=0.05, position=0.05, poisson=0.05)"
+
+    def __str__(self) -> str:
+        """Those that are not zero, as a person reads them."""
+        told = {name: np.asarray(getattr(self, name)) for name in ("gain", "depth", "position", "poisson", "offset")}
+        found = [f"{name} {span(values)}" for name, values in told.items() if values.any()]
+        found += [f"noise times {self.noise:g}"] if self.noise > 1 else []
+        return ", ".join(found) or "none, a touch may have a size"
 
     def of(self, name: str, sensors: int) -> FloatArray:
         """A tolerance as one number for each sensor.

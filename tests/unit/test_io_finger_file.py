@@ -438,3 +438,43 @@ noise = "0.1 kPa"
     assert "noise = 20.0     # as the data sheet says" in found.text
     same = file.with_finger(replace(file.finger, array=replace(file.finger.array, noise=30.0)), 0.0)
     assert 'low = ["1 kPa", "2 kPa"]' in same.text
+
+
+TOLD = '[tolerances]\ngain = [0.01, 0.02, 0.03, 0.04]\ndepth = 0.05  # a mould\noffset = "20 Pa"\ncommon = 0.5\n\n'
+
+
+def test_tolerances_are_read_and_kept():
+    file = parse_finger(GOOD.replace("[locate]", TOLD + "[locate]"))
+    told = file.finger.tolerances
+    assert told is not None
+    np.testing.assert_array_equal(told.gain, [0.01, 0.02, 0.03, 0.04])
+    assert (float(told.depth), float(told.offset), told.common, told.noise) == (0.05, 20.0, 0.5, 1.0)
+    assert "tolerances  gain 0.01 to 0.04, depth 0.05, offset 20" in str(file.finger)
+    assert parse_finger(GOOD).finger.tolerances is None
+    moved = replace(file.finger, array=replace(file.finger.array, depth=4e-3))
+    again = file.with_finger(moved, 0.0)
+    assert again.finger.tolerances is not None
+    assert "# a mould" in again.text
+    exact = file.with_finger(replace(moved, tolerances=None), 0.0)  # as `calibrate` makes it
+    assert exact.finger.tolerances is None
+    assert "[tolerances]" not in exact.text
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ("gain = [0.1, 0.2]", "4 sensors"),
+        ("gain = -0.1", "has to be >= 0"),
+        ("gian = 0.1", 'did you mean "gain"'),
+        ('depth = "0.1 mm"', "a plain number is needed"),
+        ('offset = "1 mm"', "offset"),
+        ("noise = 0.5", "has to be >= 1"),
+        ("common = 1.5", "has to be <= 1"),
+    ],
+)
+def test_wrong_tolerances_are_refused_at_their_line(written, said):
+    text = GOOD.replace("[locate]", f"[tolerances]\n{written}\n\n[locate]")
+    with pytest.raises(FileError, match="tolerances") as caught:
+        parse_finger(text)
+    assert said in str(caught.value)
+    assert f"line {text.splitlines().index(written) + 1}" in str(caught.value)

@@ -166,3 +166,27 @@ def test_what_does_not_count_tolerances_refuses_them() -> None:
         drawn(ss.Tolerances(gain=[0.02, 0.03])).locate(np.zeros(16))
     with pytest.raises(InvalidValueError, match="noise"):
         ss.Tolerances(noise=0.5)
+
+
+def test_one_deviation_of_poissons_ratio_is_held_and_bends_with_the_load() -> None:
+    rng, finger = np.random.default_rng(2), drawn(ss.Tolerances(poisson=0.1))
+    touch = touches(rng, 300)
+    made = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.4)), finger.array)
+    found = finger.locate(made.read(ss.PointLoad(**touch), rng))
+    off = np.abs(found.position - touch["position"]) / np.sqrt(
+        np.diagonal(found.load.covariance, axis1=-2, axis2=-1)[:, :2]
+    )
+    assert found.ok.mean() > 0.98
+    assert (off < 1.96).mean() > 0.9
+    assert (off > 5).mean() == 0.0  # slopes of the drawing's readings alone make this 1 %
+
+
+def test_tolerances_of_each_sensor() -> None:
+    each = np.linspace(0.0, 0.1, 16)
+    told = ss.Tolerances(gain=0.5 * each, depth=each)
+    rng, finger = np.random.default_rng(4), drawn(told)
+    touch = touches(rng, 100)
+    made = ss.Finger(*told.draw(finger.skin, finger.array, rng))
+    found = finger.locate(made.read(ss.PointLoad(**touch), rng))
+    assert found.ok.mean() > 0.95
+    assert (np.hypot(*(found.position - touch["position"]).T)[found.ok] < 0.3 * DEPTH).all()

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..errors import FileError, InvalidValueError, printable
 from ..estimate.estimate import Estimate, Status
-from ..estimate.layout import LINE, WIDE
+from ..estimate.layout import LINE, SIZED_LINE, WIDE
 from ..estimate.on_area import moved
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading, writing
@@ -195,7 +195,7 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
     """
     found, file = answers.found, answers.file
     layout = found.layout if isinstance(found, Estimate) else None
-    area, long = layout is not None and layout.dim == 2, layout in (LINE, WIDE)
+    area, long = layout is not None and layout.dim == 2, layout in (LINE, SIZED_LINE, WIDE)
     columns = {"row": answers.rows, **(moved(found, file.origin, file.turn) if area else found).to_dict()}
     columns.pop("half_width_std", None)  # the interval says more: readings know the square of a half width
     if width and layout == LINE:

@@ -31,8 +31,9 @@ while nothing touches the skin, and subtracted.
 
 _DRAWN = (("truth", ""), ("position", ""), ("position", "_std"))
 _SHOWN = (
-    "row", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth", "beside",
-    "force_unit", "point_probability", "position_std", "position_y_std", "position_z_std", "status",
+    "row", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth",
+    "half_width", "beside", "force_unit", "point_probability", "position_std", "position_y_std", "position_z_std",
+    "status",
 )  # fmt: skip
 
 

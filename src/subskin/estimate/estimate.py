@@ -352,7 +352,10 @@ class Estimate(_Found, FrameTable):
     def _more(self) -> str:
         if self.shape or not np.isfinite(self.residual):
             return ""
-        return f"chi-square {float(self.residual):.3g} with {int(self.spare)} to spare"
+        size = (
+            f"half width {_MM * float(self.half_width):.3g} mm, " if self.layout.sized and self.half_width > 0 else ""
+        )
+        return f"{size}chi-square {float(self.residual):.3g} with {int(self.spare)} to spare"
 
     def _columns(self) -> dict[str, Any]:
         std, found, second = self.std, self._polar(), self.second
@@ -361,6 +364,8 @@ class Estimate(_Found, FrameTable):
         if self.layout.wide:
             interval, name = self._interval(True, self.beside), "beside" if self.layout.aside else "half_width"
             columns |= {f"{name}_low": interval[..., 0], f"{name}_high": interval[..., 1]}
+        if self.layout.sized:
+            columns["half_width"] = self.half_width
         columns |= {**super()._columns(), "residual": self.residual, "spare": self.spare}
         if self.layout.dim == 1:
             columns["second_position"] = second.position

@@ -17,7 +17,7 @@ from ..response import Response, tabulate
 from .area import AreaLocator, InPlaceLocator
 from .beside import Either, EitherLocator, PointLocator, farthest_beside, points_beside
 from .estimate import Estimate
-from .on_area import area_locator, refuse
+from .on_area import area_locator, refuse, refuse_tolerances
 from .search import Locator, beyond, reached
 from .settle.row import on_row
 from .stick_locator import StickLocator, checked_stick
@@ -102,18 +102,16 @@ def locator(
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
-    if finger.tolerances is not None and finger.measured is not None:
-        rule = "a response measured in place has no drawing"
-        raise InvalidValueError("tolerances of a finger measured in place", rule, "replace(finger, tolerances=None)")
+    if finger.measured is not None:
+        refuse_tolerances(finger, "a response measured in place, which has no drawing")
     if finger.array.on_area:
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
         return area_locator(finger, family, search, {**others, "moment": moment}, values)
     if moment is not None:
         seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
         raise InvalidValueError(seen, rule, 'SensorArray.grid(...), and fit(readings, "round_hertz", moment=True)')
-    if finger.tolerances is not None and (family not in ("line", LineLoad) or normal_force is not None):
-        seen = "tolerances of a row's finger in anything but the search of a line load"
-        raise InvalidValueError(seen, "only `locate` counts them", "replace(finger, tolerances=None)")
+    if family not in ("line", LineLoad) or normal_force is not None:
+        refuse_tolerances(finger, "anything but the search of a line load of any force")
     if family == "point" or family == "either":
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
         return _of_points(finger, family, search, beside, others, values)

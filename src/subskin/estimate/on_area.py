@@ -23,7 +23,14 @@ from .area.search import reach_of, search_of, step_of
 from .area.uncertain import on_area
 from .estimate import Estimate
 
-__all__ = ["area_locator", "moved", "refuse"]
+__all__ = ["area_locator", "moved", "refuse", "refuse_tolerances"]
+
+
+def refuse_tolerances(finger: Finger, where: str) -> None:
+    """Raise an error where a finger has tolerances that an estimator does not count."""
+    if finger.tolerances is not None:
+        fix = "a file without [tolerances], or replace(finger, tolerances=None)"
+        raise InvalidValueError(f"tolerances of a finger in {where}", "only `locate` counts them", fix)
 
 
 def refuse(options: dict[str, Any], rule: str) -> None:
@@ -45,9 +52,8 @@ def area_locator(
             rule = "a response measured in place knows the contact of its touches alone"
             raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
         return _in_place(finger, finger.measured, search, others, values)
-    if round_kind is not None and finger.tolerances is not None:
-        rule = "only `locate` counts them on an area"
-        raise InvalidValueError("tolerances of a finger in a fit", rule, "replace(finger, tolerances=None)")
+    if round_kind is not None:
+        refuse_tolerances(finger, "a fit")
     given = dict(others)
     widths, moment = None, None
     if round_kind is not None:

@@ -17,6 +17,7 @@ from ..finger import DEEPEST, SOFTEST, Finger
 from ..spread import Spread
 from ..stream.presses import Column, RecordingFormat
 from ..stream.relaxation import Relaxation
+from ..tolerances import Tolerances
 from ._parts import SensorsTable, SkinTable, in_readings, reading_unit, unit_of_readings
 from ._recorded import LiveFormat, check_held
 from ._tables import (
@@ -31,6 +32,7 @@ from ._tables import (
     Length,
     Names,
     Number,
+    Numbers,
     Search,
     StrictTable,
     Time,
@@ -225,6 +227,25 @@ class TipTable(FingerTable):
         return {"tip": (self.radius, self.shape)}
 
 
+class TolerancesTable(FingerTable):
+    """[tolerances]: how far the finger may be from what the file says, as `Tolerances`."""
+
+    gain: Numbers = 0.0
+    depth: Numbers = 0.0
+    position: Numbers = 0.0
+    poisson: Number = 0.0
+    offset: Given = 0.0
+    noise: Number = 1.0
+    common: Number = 0.25
+
+    def told(self, file: Any, made: dict[str, Any]) -> dict[str, Any]:
+        offset = in_readings(self.offset, unit_of_readings(file, made["array"].transducers), "offset")
+        found = Tolerances(**{**self.model_dump(), "offset": offset})
+        for name in ("gain", "depth", "position", "offset"):
+            found.of(name, len(made["array"]))
+        return {"tolerances": found}
+
+
 class CalibrationTable(FingerTable):
     """[calibration]: what `calibrate` wrote."""
 
@@ -251,7 +272,10 @@ class CalibrationTable(FingerTable):
         spread = None if self.spread is None else Spread(**self.spread.model_dump())
         trusted = not self.accepted_misfit
         with under("sensors"):
-            finger = Finger(made["skin"], made["array"], spread, trusted, relative=self.relative_forces)
+            finger = Finger(
+                made["skin"], made["array"], spread, trusted, relative=self.relative_forces,
+                tolerances=made.get("tolerances"),
+            )  # fmt: skip
         told = {"turn": self.turn, "differences": self.differences, "response": self.response}
         return {"finger": finger, "origin": origin, **told}
 
@@ -272,6 +296,7 @@ class FingerDocument(StrictTable):
 
     skin: SkinTable
     sensors: SensorsTable
+    tolerances: TolerancesTable | None = None
     calibration: CalibrationTable = CalibrationTable()
     recording: RecordingTable | None = None
     locate: LocateTable = LocateTable()
@@ -303,4 +328,4 @@ class FingerDocument(StrictTable):
         elif young != 1.0 and deepest >= DEEPEST:  # a finger in units of its own, in Python; in a file both forgotten
             _check.doubt("young", young, "Pa", 1e6, "MPa")
             _check.doubt("the largest depth", deepest, "m", 1e-3, "mm")
-        return {name: value for name, value in made.items() if name not in ("folder", "skin", "array")}
+        return {name: value for name, value in made.items() if name not in ("folder", "skin", "array", "tolerances")}

@@ -61,6 +61,8 @@ def edited(
             document.add(tomlkit.nl())
             document.add("tare", tomlkit.table())
         _set(document["tare"], "noise", per_sensor(before))
+    if new.tolerances is None and "tolerances" in document:  # of the drawing
+        del document["tolerances"]
     if "calibration" in document:
         del document["calibration"]
     table = tomlkit.table()

@@ -23,8 +23,7 @@ def on_area(finger: Finger, response: RadialResponse, reach: float, *, sized: bo
     told, depth = finger.tolerances, np.asarray(finger.array.depth)
     if told is None:
         return None
-    step, deeper = deeper_than(finger)
-    other, less = other_than(finger), None
+    deeper, other, less = deeper_than(finger), other_than(finger), None
     if other is not None:
         less = _difference(response, [(1.0, tabulate_radial(other, reach))])
     widest = float(depth.min())
@@ -33,14 +32,16 @@ def on_area(finger: Finger, response: RadialResponse, reach: float, *, sized: bo
         table = tabulate_round(finger, RoundHertz, reach, 1.5 * widest)
         wider = [table.at(float(np.sqrt(q)) * widest) for q in SQUARES]
         sizes = tuple(_difference(response, list(zip(row, wider, strict=True))) for row in POWERS)
-    made = None if deeper is None else tabulate_radial(deeper, reach * (1 + abs(step)))
-    return Uncertain(told, _tables, response, step, made, less, sizes, widest)
+    made = None
+    if deeper is not None:  # as far in depths, so that the cells are the same
+        made = tabulate_radial(deeper, reach * float(np.asarray(deeper.array.depth).min()) / widest)
+    return Uncertain(told, _tables, response, made, less, sizes, widest)
 
 
 def _tables(every: list[RadialResponse], noise: FloatArray, at: dict[str, int]) -> Variants:
     """Tables of responses of an area, as loops want them."""
     every = [one.separate() if i == 0 else one for i, one in enumerate(every)]
-    if len(every[0].coefficients) == noise.size:  # a table for each sensor
+    if {len(one.coefficients) for one in every} != {1}:  # a table for each sensor
         every = [_alone(one.separate()) for one in every]
     pairs = all(one.pair is not None for one in every)
     made = [laid_out(one, one.cubics()[0], pairs) for one in every]

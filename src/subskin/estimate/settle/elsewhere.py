@@ -177,6 +177,7 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
             break
         copied(nodes[p], other.at)
         other.load[:], other.size[0] = 0.0, 0.0
+        other.shared[:] = 0.0
         other.load[0] = math.sqrt(force)
         left = settle(w, case, told.beyond, sized, STEPS, other)
         if left < enough and _distance(other.at, row, positions) > reach:

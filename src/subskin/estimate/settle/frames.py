@@ -31,6 +31,7 @@ _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED = 0.0, 1.0, 2.0, 3.0
 def _start(room, row, at, scale):
     positions = room.at.size
     room.size[0] = 0.0
+    room.shared[:] = 0.0
     for j in range(positions):
         room.at[j] = row[at + j]
     for c in range(room.load.size):
@@ -51,6 +52,7 @@ def _as_it_is(room, other):
     """The state of a room, to another."""
     copied(room.at, other.at)
     copied(room.load, other.load)
+    copied(room.shared, other.shared)
     other.size[0] = room.size[0]
 
 
@@ -183,7 +185,7 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
     """Settle what the loop over scaled frames found, in `out`; sized_only: as touches of some size alone."""
     n, positions, components, at = readings.shape[1], nodes.shape[1], fields.shape[1], told.columns
     every = positions + components
-    common = COMMON if errors.poisson > 0.0 else 2 if errors.common > 0.0 else 0
+    common = COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
     room, other = room_of(positions, components, common, n), room_of(positions, components, common, n)
     third, scan = room_of(positions, components, common, n), scanning(components, n)
     numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), components * (1 + positions)

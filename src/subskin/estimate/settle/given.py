@@ -11,27 +11,24 @@ from ..._check import FloatArray
 
 
 class Errors(NamedTuple):
-    """Standard deviations, of each sensor (n,): in units of its noise `still`; as shares `gain`; in steps of the table
-    of deeper sensors `depth`; in metres `position`; the shares of gain and depth that are in `common`, as square roots,
-    and Poisson's ratio in steps of its table.
+    """Standard deviations of each sensor (n,): `still` in units of its noise, `gain` as shares, `position` [m]; and the
+    shares of gain and depth that are each sensor's `own` and in `common`, as square roots.
     """
 
     still: FloatArray
     gain: FloatArray
-    depth: FloatArray
     position: FloatArray
     own: float
     common: float
-    poisson: float
 
 
 class Variants(NamedTuple):
     """What sensors read by the finger as drawn, and by others.
 
     On an area sensors (V, 4, n), table (V, rows, numbers), first (n + 1,), terms (V, terms, 5), as of `PointModel`; on
-    a row table (V, cells, 5, 2, n), start and step, as of `Line`. deeper, other, sizes: which is of deeper sensors,
-    which what another Poisson's ratio changes, and the first of those by which readings change with q, q^2 and so on;
-    -1 where there is none.
+    a row table (V, cells, 5, 2, n), start and step, as of `Line`. deeper, other, sizes: which is of sensors one
+    deviation deeper, which what one of Poisson's ratio changes, and the first of those by which readings change with q,
+    q^2 and so on; -1 where there is none.
     """
 
     sensors: FloatArray

@@ -23,14 +23,15 @@ _FIXED = 1e12
 
 
 class SettlingRoom(NamedTuple):
-    """Scratch and state: at (P,), load (F,): the unknowns; size (1,): q, from 0 to 1; rows (m, n): slopes of what is
-    predicted in the unknowns, in q, and in the errors in common; rest, weight, part (n,); matrix, inverse (m, m);
-    right, step, scale, prior, cone (m,).
+    """Scratch and state: at (P,), load (F,): the unknowns; size (1,): q, from 0 to 1; shared (errors,): those in
+    common, in their deviations; rows (m, n): slopes of what is predicted in all these; rest, weight, part (n,); matrix,
+    inverse (m, m); right, step, scale, prior, cone (m,).
     """
 
     at: FloatArray
     load: FloatArray
     size: FloatArray
+    shared: FloatArray
     rows: FloatArray
     rest: FloatArray
     weight: FloatArray
@@ -49,8 +50,8 @@ def room_of(positions, components, common, n):
     """Scratch for so many coordinates, components, errors in common and sensors."""
     m = positions + components + 1 + common
     return SettlingRoom(
-        np.zeros(positions), np.zeros(components), np.zeros(1), np.zeros((m, n)), np.zeros(n), np.zeros(n),
-        np.zeros(n), np.zeros((m, m)), np.zeros((m, m)),
+        np.zeros(positions), np.zeros(components), np.zeros(1), np.zeros(common), np.zeros((m, n)), np.zeros(n),
+        np.zeros(n), np.zeros(n), np.zeros((m, m)), np.zeros((m, m)),
         np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m),
     )  # fmt: skip
 
@@ -94,6 +95,8 @@ def _normal(room):
                 total += room.part[i] * rows[k, i]
             a[j, k] = total
         a[j, j] += room.prior[j]
+    for e in range(room.shared.size):  # they are zero, up to 1
+        b[m - room.shared.size + e] -= room.shared[e]
     for j in range(m):
         scale[j] = 1.0 / math.sqrt(a[j, j]) if a[j, j] > 0.0 else 1.0
         if not a[j, j] > 0.0:
@@ -196,8 +199,8 @@ def stepped(room, friction, sized):
         for j in range(m):
             rest -= room.rows[j, i] * x[j]
         left += rest * rest * room.weight[i]
-    for j in range(q + 1, m):
-        left += x[j] * x[j]
+    for e in range(room.shared.size):
+        left += (room.shared[e] + x[q + 1 + e]) ** 2
     return left
 
 

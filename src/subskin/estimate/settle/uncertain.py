@@ -21,8 +21,6 @@ from .given import Errors, SettledColumns, Settling, Variants
 
 __all__ = ["POWERS", "SQUARES", "Uncertain", "deeper_than", "fill_settled", "other_than"]
 
-_STEP = 0.05
-"""By how much sensors are deeper, and Poisson's ratio is less, where readings are compared."""
 SQUARES = np.array([0.15, 0.4, 0.7, 1.0])
 """Squares of the half widths at which readings are compared, in those of the largest."""
 POWERS = np.linalg.inv(SQUARES[:, None] ** (1 + np.arange(SQUARES.size)))
@@ -44,12 +42,10 @@ class Uncertain(Frozen):
         From responses, noise and which is which to `Variants`.
     base : RadialResponse or Response
         Of the finger as drawn; the others cover the same positions.
-    step : float
-        By how much deeper sensors are those of `deeper` [depths].
     deeper : RadialResponse or Response or None
-        Of the same sensors deeper in the skin, where depths are not known.
+        Of sensors that are all one deviation deeper, or all less deep, where depths are not known.
     other : RadialResponse or Response or None
-        What another Poisson's ratio changes, .05 off, where it is not known.
+        What Poisson's ratio changes, one deviation off, where it is not known.
     sizes : tuple of RadialResponse or Response
         What a touch of half width a adds, in powers of (a / widest)^2; none where touches have no size.
     widest : float
@@ -59,7 +55,6 @@ class Uncertain(Frozen):
     tolerances: Tolerances
     lay: Callable[[list[Any], FloatArray, dict[str, int]], Variants]
     base: Any
-    step: float
     deeper: Any
     other: Any
     sizes: tuple[Any, ...]
@@ -83,11 +78,10 @@ class Uncertain(Frozen):
         every = [one.select(pattern) for one in (*every, *self.sizes)]
         variants = self.lay(every, noise, at)
         tolerances, n = self.tolerances, len(pattern)
-        gain, deep, moved, drift = (tolerances.of(k, n)[pattern] for k in ("gain", "depth", "position", "offset"))
+        gain, moved, drift = (tolerances.of(k, n)[pattern] for k in ("gain", "position", "offset"))
         errors = Errors(
-            still=np.hypot(tolerances.noise, drift / noise), gain=np.array(gain), depth=deep / abs(self.step),
-            position=moved * depth, own=float(np.sqrt(1 - tolerances.common)),
-            common=float(np.sqrt(tolerances.common)), poisson=tolerances.poisson / _STEP,
+            still=np.hypot(tolerances.noise, drift / noise), gain=np.array(gain), position=moved * depth,
+            own=float(np.sqrt(1 - tolerances.common)), common=float(np.sqrt(tolerances.common)),
         )  # fmt: skip
         share, sized = self._shares([_reads(one, noise) for one in every], at, errors, array)
         columns = SettledColumns(*(getattr(layout, name) for name in SettledColumns._fields))
@@ -115,32 +109,35 @@ class Uncertain(Frozen):
             slope = (read[0](grid + step) - read[0](grid - step))[..., 0] / (2 * shift)
             change = change + (errors.position * slope) ** 2
         if at["deeper"] >= 0:
-            change = change + (errors.depth * (normal[at["deeper"]] - normal[0])) ** 2
+            change = change + (normal[at["deeper"]] - normal[0]) ** 2
         if at["other"] >= 0:
-            change = change + (errors.poisson * normal[at["other"]]) ** 2
+            change = change + normal[at["other"]] ** 2
         wider = sum(normal[at["sizes"] :]) ** 2 if at["sizes"] >= 0 else 0.0
         shares = [each.mean(axis=-1) for each in (change, change + wider)]
         return [float((share / power.max(axis=-1)).mean()) for share in shares]
 
 
-def deeper_than(finger: Finger) -> tuple[float, Finger | None]:
-    """The finger with its sensors deeper by a step, or less deep where the skin ends; None where depths are known."""
+def deeper_than(finger: Finger) -> Finger | None:
+    """The finger with its sensors one deviation deeper, or less deep where the skin ends; None if depths are known."""
     assert finger.tolerances is not None
-    depth, step = np.asarray(finger.array.depth), _STEP
-    if not np.any(finger.tolerances.depth):
-        return step, None
-    if float(depth.max()) * (1 + step) > finger.skin.thickness:
-        step = -_STEP
-    return step, replace(finger, array=replace(finger.array, depth=depth * (1 + step)))
+    depth, step = np.asarray(finger.array.depth), finger.tolerances.of("depth", len(finger.array))
+    if not np.any(step):
+        return None
+    if (depth * (1 + step)).max() > finger.skin.thickness:
+        step = -step
+    return replace(finger, array=replace(finger.array, depth=depth * (1 + step)))
 
 
 def other_than(finger: Finger) -> Finger | None:
-    """The finger with another Poisson's ratio; None where it is known."""
+    """The finger with a Poisson's ratio one deviation off; None if it is known.
+
+    Ratios are between 0 and 1/2, so that one of two materials may stop there.
+    """
     assert finger.tolerances is not None
-    if not finger.tolerances.poisson:
+    change = finger.tolerances.poisson
+    if not change:
         return None
-    ratios = [material.poisson for material in finger.skin.materials]
-    change = -_STEP if min(ratios) >= _STEP else _STEP
+    change *= -1.0 if min(material.poisson for material in finger.skin.materials) >= change else 1.0
     less = [replace(m, poisson=min(m.poisson + change, 0.5)) for m in finger.skin.materials]
     return replace(finger, skin=finger.skin.with_(materials=less))
 

@@ -65,6 +65,14 @@ def _add(fields, begin, load, share, out):
 
 
 @compiled(borrows=True)
+def _combine(share, fields, other, others):
+    """Of fields (F (1 + P), n) and others such shares, over the former."""
+    for r in range(fields.shape[0]):
+        for i in range(fields.shape[1]):
+            fields[r, i] = share * fields[r, i] + other * others[r, i]
+
+
+@compiled(borrows=True)
 def lay_out(w, case, sized, room):
     """Rows, weights and rest of the readings at the state of `room`; sized: with slopes in q."""
     made, errors, at, load, rows = case.variants, case.errors, room.at, room.load, room.rows
@@ -79,6 +87,13 @@ def lay_out(w, case, sized, room):
         _fill(made.table, case, made.deeper, at, there)
         _add(there, 0, load, 1.0, changed)
         _add(here, 0, load, -1.0, changed)
+        if common + 1 < rows.shape[0]:
+            deep = errors.common * room.shared[1]
+            _combine(1.0 - deep, here, deep, there)
+    if made.other >= 0:
+        _fill(made.table, case, made.other, at, there)
+        _add(there, 0, load, 1.0, rows[common + 2])
+        _combine(1.0, here, room.shared[2], there)
     power = 1.0
     for k in range(made.table.shape[0] - made.sizes if made.sizes >= 0 and (sized or q > 0.0) else 0):
         _fill(made.table, case, made.sizes + k, at, there)
@@ -86,9 +101,11 @@ def lay_out(w, case, sized, room):
         power *= q
         if power == 0.0:
             break
+        _combine(1.0, here, power, there)
+    for i in range(n if common < rows.shape[0] else 0):
+        gain = 1.0 + errors.common * room.shared[0] * errors.gain[i]
         for r in range(here.shape[0]):
-            for i in range(n):
-                here[r, i] += power * there[r, i]
+            here[r, i] *= gain
     for j in range(positions):
         _add(here, components * (1 + j), load, 1.0, rows[j])
     for c in range(components):
@@ -96,20 +113,16 @@ def lay_out(w, case, sized, room):
     copied(w, room.rest)
     _add(here, 0, load, -1.0, room.rest)
     for i in range(n):
-        deep, own = errors.depth[i] * changed[i], errors.gain[i] * (w[i] - room.rest[i])
-        moved = 0.0
+        own, moved = errors.gain[i] * (w[i] - room.rest[i]), 0.0
         for j in range(positions):
             moved += rows[j, i] ** 2
         room.weight[i] = 1.0 / (
-            errors.still[i] ** 2 + errors.position[i] ** 2 * moved + errors.own**2 * (own**2 + deep**2)
+            errors.still[i] ** 2 + errors.position[i] ** 2 * moved + errors.own**2 * (own**2 + changed[i] ** 2)
         )
         if common < rows.shape[0]:
             rows[common, i] = errors.common * own
         if common + 1 < rows.shape[0]:
-            rows[common + 1, i] = errors.common * deep
-    if made.other >= 0:
-        _fill(made.table, case, made.other, at, there)
-        _add(there, 0, load, errors.poisson, rows[common + 2])
+            rows[common + 1, i] = errors.common * changed[i]
 
 
 @compiled(borrows=True)
@@ -132,6 +145,8 @@ def settle(w, case, box, sized, most, room):
             room.load[c] += shorter * x[positions + c]
         if sized:
             room.size[0] = min(max(room.size[0] + shorter * x[positions + components], 0.0), 1.0)
+        for e in range(room.shared.size):
+            room.shared[e] += shorter * x[positions + components + 1 + e]
         if not room.load[0] > 0.0:
             return math.inf
         if shorter == 1.0 and abs(left - before) < _LEAST + _SHARE * left:
