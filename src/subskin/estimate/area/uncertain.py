@@ -23,7 +23,7 @@ def on_area(finger: Finger, response: RadialResponse, reach: float, *, sized: bo
     told, depth = finger.tolerances, np.asarray(finger.array.depth)
     if told is None:
         return None
-    deeper, other, less = deeper_than(finger), other_than(finger), None
+    deeper, (other, ratios), less = deeper_than(finger), other_than(finger), None
     if other is not None:
         less = _difference(response, [(1.0, tabulate_radial(other, reach))])
     widest = float(depth.min())
@@ -35,7 +35,7 @@ def on_area(finger: Finger, response: RadialResponse, reach: float, *, sized: bo
     made = None
     if deeper is not None:  # as far in depths, so that the cells are the same
         made = tabulate_radial(deeper, reach * float(np.asarray(deeper.array.depth).min()) / widest)
-    return Uncertain(told, _tables, response, made, less, sizes, widest)
+    return Uncertain(told, _tables, response, ratios, made, less, sizes, widest)
 
 
 def _tables(every: list[RadialResponse], noise: FloatArray, at: dict[str, int]) -> Variants:

@@ -186,8 +186,11 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
     n, positions, components, at = readings.shape[1], nodes.shape[1], fields.shape[1], told.columns
     every = positions + components
     common = COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
-    room, other = room_of(positions, components, common, n), room_of(positions, components, common, n)
-    third, scan = room_of(positions, components, common, n), scanning(components, n)
+    room, other = (
+        room_of(positions, components, common, errors.ratios, n),
+        room_of(positions, components, common, errors.ratios, n),
+    )
+    third, scan = room_of(positions, components, common, errors.ratios, n), scanning(components, n)
     numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), components * (1 + positions)
     case = SettlingCase(
         variants, errors, told, numbers, numbers.view(np.int64), np.empty((fill, n)), np.empty((fill, n)), np.empty(n)

@@ -12,7 +12,8 @@ from ..._check import FloatArray
 
 class Errors(NamedTuple):
     """Standard deviations of each sensor (n,): `still` in units of its noise, `gain` as shares, `position` [m]; and the
-    shares of gain and depth that are each sensor's `own` and in `common`, as square roots.
+    shares of gain and depth that are each sensor's `own` and in `common`, as square roots. ratios (2,): how far
+    Poisson's ratio may be off, in its deviations.
     """
 
     still: FloatArray
@@ -20,6 +21,7 @@ class Errors(NamedTuple):
     position: FloatArray
     own: float
     common: float
+    ratios: FloatArray
 
 
 class Variants(NamedTuple):

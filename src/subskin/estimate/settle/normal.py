@@ -24,20 +24,22 @@ _FIXED = 1e12
 
 class SettlingRoom(NamedTuple):
     """Scratch and state: at (P,), load (F,): the unknowns; size (1,): q, from 0 to 1; shared (errors,): those in
-    common, in their deviations; rows (m, n): slopes of what is predicted in all these; rest, weight, part (n,); matrix,
-    inverse (m, m); right, step, scale, prior, cone (m,).
+    common, in their deviations; ratios (2,): ends of the last of them; rows (m, n): slopes of what is predicted in all
+    these; rest, weight, part (n,); matrix, inverse, free (m, m); right, step, scale, prior, cone (m,).
     """
 
     at: FloatArray
     load: FloatArray
     size: FloatArray
     shared: FloatArray
+    ratios: FloatArray
     rows: FloatArray
     rest: FloatArray
     weight: FloatArray
     part: FloatArray
     matrix: FloatArray
     inverse: FloatArray
+    free: FloatArray
     right: FloatArray
     step: FloatArray
     scale: FloatArray
@@ -46,12 +48,12 @@ class SettlingRoom(NamedTuple):
 
 
 @compiled()
-def room_of(positions, components, common, n):
+def room_of(positions, components, common, ratios, n):
     """Scratch for so many coordinates, components, errors in common and sensors."""
     m = positions + components + 1 + common
     return SettlingRoom(
-        np.zeros(positions), np.zeros(components), np.zeros(1), np.zeros(common), np.zeros((m, n)), np.zeros(n),
-        np.zeros(n), np.zeros(n), np.zeros((m, m)), np.zeros((m, m)),
+        np.zeros(positions), np.zeros(components), np.zeros(1), np.zeros(common), ratios, np.zeros((m, n)),
+        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((m, m)), np.zeros((m, m)), np.zeros((m, m)),
         np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m),
     )  # fmt: skip
 
@@ -152,7 +154,8 @@ def bound(room, row, aim):
 def stepped(room, friction, sized):
     """Solve for the next step of a frame whose rows are laid out, within the cone; the chi-square left.
 
-    sized: whether q is free; without, its prior holds it at 0. Negative where there is no step.
+    sized: whether q is free; without, its prior holds it at 0. Negative where there is no step. Of a Poisson's ratio at
+    an end of what ratios may be the covariance is that of a free one: it may yet be off the end.
     """
     positions, components = room.at.size, room.load.size
     first, q = positions, positions + components
@@ -192,8 +195,22 @@ def stepped(room, friction, sized):
         bound(room, room.cone, aim)
         if not _solved(room):
             return -1.0
-    left = 0.0
     n, m = room.rest.size, x.size
+    if room.shared.size == COMMON:
+        ratio, low, high = room.shared[COMMON - 1] + x[m - 1], room.ratios[0], room.ratios[1]
+        if not low <= ratio <= high:
+            room.cone[:] = 0.0
+            room.cone[m - 1] = 1.0 / room.scale[m - 1]
+            for j in range(m):
+                for k in range(j + 1):
+                    room.free[j, k] = room.inverse[j, k]
+            bound(room, room.cone, ((low if ratio < low else high) - room.shared[COMMON - 1]) / room.scale[m - 1])
+            if not _solved(room):
+                return -1.0
+            for j in range(m):
+                for k in range(j + 1):
+                    room.inverse[j, k] = room.free[j, k]
+    left = 0.0
     for i in range(n):
         rest = room.rest[i]
         for j in range(m):

@@ -30,7 +30,7 @@ def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool) -> Uncerta
     if finger.skin.ridges is not None:
         rule = "readings of a ridged skin are not smooth in what is not known"
         raise InvalidValueError("tolerances of a finger with ridges", rule, "replace(finger, tolerances=None)")
-    deeper, other, widest = deeper_than(finger), other_than(finger), float(depth.min())
+    deeper, (other, ratios), widest = deeper_than(finger), other_than(finger), float(depth.min())
     wide = Response.of(finger, Hertz, ends, widest) if sized else None
 
     def parts(y: FloatArray) -> list[FloatArray]:
@@ -49,7 +49,7 @@ def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool) -> Uncerta
     every = [both.select(np.arange(both.sensors) // n == v) for v in range(both.sensors // n)]
     first = every.pop(1) if deeper is not None else None
     second = every.pop(1) if other is not None else None
-    return Uncertain(told, _rows, every[0], first, second, tuple(every[1:]), widest)
+    return Uncertain(told, _rows, every[0], ratios, first, second, tuple(every[1:]), widest)
 
 
 def _rows(every: list[Response], noise: FloatArray, at: dict[str, int]) -> Variants:

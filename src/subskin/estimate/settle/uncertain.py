@@ -42,6 +42,8 @@ class Uncertain(Frozen):
         From responses, noise and which is which to `Variants`.
     base : RadialResponse or Response
         Of the finger as drawn; the others cover the same positions.
+    ratios : (float, float)
+        How far Poisson's ratio may be off, in its deviations.
     deeper : RadialResponse or Response or None
         Of sensors that are all one deviation deeper, or all less deep, where depths are not known.
     other : RadialResponse or Response or None
@@ -55,6 +57,7 @@ class Uncertain(Frozen):
     tolerances: Tolerances
     lay: Callable[[list[Any], FloatArray, dict[str, int]], Variants]
     base: Any
+    ratios: tuple[float, float]
     deeper: Any
     other: Any
     sizes: tuple[Any, ...]
@@ -82,6 +85,7 @@ class Uncertain(Frozen):
         errors = Errors(
             still=np.hypot(tolerances.noise, drift / noise), gain=np.array(gain), position=moved * depth,
             own=float(np.sqrt(1 - tolerances.common)), common=float(np.sqrt(tolerances.common)),
+            ratios=np.array(self.ratios),
         )  # fmt: skip
         share, sized = self._shares([_reads(one, noise) for one in every], at, errors, array)
         columns = SettledColumns(*(getattr(layout, name) for name in SettledColumns._fields))
@@ -128,18 +132,20 @@ def deeper_than(finger: Finger) -> Finger | None:
     return replace(finger, array=replace(finger.array, depth=depth * (1 + step)))
 
 
-def other_than(finger: Finger) -> Finger | None:
-    """The finger with a Poisson's ratio one deviation off; None if it is known.
+def other_than(finger: Finger) -> tuple[Finger | None, tuple[float, float]]:
+    """The finger with a Poisson's ratio one deviation off, and how many of these it may be off; None if it is known.
 
     Ratios are between 0 and 1/2, so that one of two materials may stop there.
     """
     assert finger.tolerances is not None
     change = finger.tolerances.poisson
     if not change:
-        return None
-    change *= -1.0 if min(material.poisson for material in finger.skin.materials) >= change else 1.0
+        return None, (0.0, 0.0)
+    ratios = [material.poisson for material in finger.skin.materials]
+    change *= -1.0 if min(ratios) >= change else 1.0
+    ends = sorted(((0.0 - min(ratios)) / change, (0.5 - max(ratios)) / change))
     less = [replace(m, poisson=min(m.poisson + change, 0.5)) for m in finger.skin.materials]
-    return replace(finger, skin=finger.skin.with_(materials=less))
+    return replace(finger, skin=finger.skin.with_(materials=less)), (ends[0], ends[1])
 
 
 def _reads(one: Any, noise: FloatArray) -> Callable[[FloatArray], FloatArray]:
