@@ -33,6 +33,9 @@ position = { column = "x", unit = "1e-3 mm" }
 press = { column = "z", unit = "1/320 mm" }
 """
 
+ORIENTED = '\n[oriented]\ndate = "2026-11-27"\npresses = 2\n'
+"""What `subskin orient` writes, without which some commands say that it is missing."""
+
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):

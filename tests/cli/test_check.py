@@ -42,6 +42,7 @@ poisson = 0.3
 """,
     "round": '[skin]\nkind = "round"\nyoung = "0.4 MPa"\nradius = "8 mm"\ncore_radius = "4 mm"\n',
 }
+SKINS = {name: f'[oriented]\ndate = "2026-11-27"\npresses = 2\n{text}' for name, text in SKINS.items()}
 
 
 @pytest.fixture

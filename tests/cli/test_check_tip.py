@@ -36,7 +36,9 @@ def test_the_file_and_the_command(subskin, tmp_path):
         parse_finger(FILE.replace('"20 mm"', '"-20 mm"'))
     (tmp_path / "f.toml").write_text(FILE)
     ran = subskin("check", tmp_path / "f.toml", "--tip-map", tmp_path / "m.png")
-    assert (ran.code, ran.err) == (0, "")
+    assert ran.code == 0
+    assert ran.err.count("\n") == 1  # that nobody has pressed where it is known: `subskin orient`
+    assert "which way round" in ran.err
     found = tip_error(parse_finger(FILE).finger, 20e-3)
     assert f"misplace touches by up to {1e3 * found.position:.2g} mm" in " ".join(ran.out.split())
     assert (tmp_path / "m.png").stat().st_size > 10_000

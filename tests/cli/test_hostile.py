@@ -15,11 +15,14 @@ from subskin.errors import FileError
 from subskin.io.files import apart
 from subskin.io.tables import read_table, reading, write_table, writing
 
+from .conftest import FINGER, ORIENTED
+
 
 @pytest.fixture
 def readings(subskin, folder):
     """Sixty frames."""
     assert subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 60).code == 0
+    (folder / "finger.toml").write_text(FINGER + ORIENTED)
     return folder
 
 

@@ -9,13 +9,15 @@ import subskin as ss
 from subskin.io.finger_file import load
 from subskin.io.tables import read_table, write_table
 
+from .conftest import ORIENTED
+
 
 @pytest.fixture
 def stream(folder):
     """Three touches of 4 s on six sensors that drift; two readings are wild."""
     text = (folder / "finger.toml").read_text()
     text = text.replace("count = 4", "count = 6").replace('"p3"]', '"p3", "p4", "p5"]')
-    (folder / "finger.toml").write_text(text.replace("friction = 0", "friction = 1"))
+    (folder / "finger.toml").write_text(text.replace("friction = 0", "friction = 1") + ORIENTED)
     finger = load("finger.toml").finger
     time = np.arange(0.0, 30.0, 0.02)
     pressed = (time % 10 > 4) & (time % 10 < 8)
@@ -143,6 +145,8 @@ def test_what_each_sensor_forgets_is_fitted_undone_and_weighed(subskin, folder):
     felt = felt + 5.0 * np.random.default_rng(0).standard_normal(felt.shape)
     columns = {"time": time, "x": 1e6 * position, "z": 640 * down} | {f"p{i}": felt[:, i] for i in range(4)}
     write_table("raw.csv", columns)
+    with (folder / "finger.toml").open("a") as file:
+        file.write(ORIENTED)
     ran = subskin("segment", "finger.toml", "raw.csv", "-o", "presses.csv", "--relaxation", "relaxed.toml")
     assert (ran.code, ran.err) == (0, "")
     assert ran.out.startswith("6 presses")

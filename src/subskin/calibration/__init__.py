@@ -4,11 +4,12 @@ from .blind import BlindCalibration, BlindParameter, ErrorRatio, Known, calibrat
 from .calibration import Calibration, Health, Parameter, Score
 from .health import SensorHealth, sensor_health
 from .known import Choice, Trial, calibrate, choose
+from .orient import Orientation, orient, telling
 from .planning import NextTouch, next_touch
 from .uncertainty import Misfit
 
 __all__ = [
     "BlindCalibration", "BlindParameter", "Calibration", "Choice", "ErrorRatio", "Health", "Known", "Misfit",
-    "NextTouch", "Parameter", "Score", "SensorHealth", "Trial", "calibrate", "calibrate_blind", "choose",
-    "next_touch", "sensor_health",
+    "NextTouch", "Orientation", "Parameter", "Score", "SensorHealth", "Trial", "calibrate", "calibrate_blind", "choose",
+    "next_touch", "orient", "sensor_health", "telling",
 ]  # fmt: skip

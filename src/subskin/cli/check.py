@@ -13,7 +13,7 @@ import numpy as np
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .common import give, number, progress_bar, said_of, show
+from .common import give, note_orientation, number, progress_bar, said_of, show
 from .options import JSON, command, option
 
 if TYPE_CHECKING:
@@ -89,6 +89,8 @@ def run_check(options: argparse.Namespace) -> int:
             _draw(options.map, finger, width)
     with said_of(options.finger):
         passed = _blind_spots(options, file, file.finger if finger is None else finger)
+
+    note_orientation(file)
 
     def people(out: TextIO) -> None:
         _show_blind_spots(out, passed)

@@ -27,6 +27,7 @@ __all__ = [
     "check_figure",
     "forces_said",
     "give",
+    "note_orientation",
     "number",
     "progress_bar",
     "refuse_response",
@@ -256,6 +257,13 @@ def warn_of_spread(name: str, depth: npt.NDArray[np.float64], fix: str) -> None:
         what = f"presses of {low:.3g} to {high:.3g} mm, and no force"
         rule = "presses without a force are all taken to be alike, and a deeper press is harder"
         print(f"subskin: warning: {name}: {what}: {rule}. Fix: {fix}", file=sys.stderr)
+
+
+def note_orientation(file: io.FingerFile) -> None:
+    """Say where nobody has confirmed which way round the sensors are, which no status can see."""
+    if file.oriented is None:
+        what = "nobody has confirmed which way round its sensors are"
+        print(f"subskin: note: {printable(file.name)}: {what}. Fix: subskin orient", file=sys.stderr)
 
 
 def warn_of_raw(options: argparse.Namespace, file: io.FingerFile, table: io.Table | io.TableReader) -> None:

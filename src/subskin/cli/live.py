@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from ..errors import InvalidValueError, printable
 from ..io.units import quantity
-from .common import give, show
+from .common import give, note_orientation, show
 from .options import JSON, command, option, quantity_range
 
 if TYPE_CHECKING:
@@ -96,7 +96,9 @@ def run_live(options: argparse.Namespace) -> int:
 
 def _finger(options: argparse.Namespace) -> FingerFile:
     if options.finger is not None:
-        return io.load(options.finger)
+        file = io.load(options.finger)
+        note_orientation(file)
+        return file
     if options.port is None or options.port.partition("?")[0] != "demo":
         raise InvalidValueError(
             "no finger", "a finger.toml says what the sensors are", "subskin live finger.toml, or --port demo"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._lazy import np
 from ..errors import InvalidValueError
-from .common import give, number, show
+from .common import give, note_orientation, number, show
 from .options import MEANING, command, frames, option
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ def run_locate(options: argparse.Namespace) -> int:
                 columns |= against(columns, answers, options.truth)
                 beyond += int(columns.pop("beyond").sum())
             kept.add(columns, answers.found.status)
+        note_orientation(answers.file)
         if options.truth is not None:
             score = {**_score(kept.columns["error"], kept.columns["status"]), "beyond_search": beyond}
 

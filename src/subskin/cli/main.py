@@ -26,6 +26,7 @@ _COMMANDS = {
     "touches": "simulate touches to learn from, in a Zarr store",
     "segment": "cut a raw recording into presses",
     "calibrate": "fit a finger to touches at known positions, or --blind to any touches",
+    "orient": "say whether cable, board, axes and sign are as the file says, by two or three presses",
     "locate": "find the load in each frame of readings",
     "fit": "find a contact of one family, and its half width, in each frame of readings",
     "decide": "say what kind of contact made each frame of readings",

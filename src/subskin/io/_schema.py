@@ -291,6 +291,16 @@ class CalibrationTable(FingerTable):
         return np.array(self.origin) if on_area else self.origin
 
 
+class OrientedTable(FingerTable):
+    """[oriented]: when `subskin orient` found the sensors to be connected as the file says, by so many presses."""
+
+    date: StrictStr
+    presses: StrictInt
+
+    def told(self, file: Any, made: dict[str, Any]) -> dict[str, Any]:
+        return {"oriented": self.date}
+
+
 class FingerDocument(StrictTable):
     """The whole file; a table tells what it means after those above it."""
 
@@ -305,6 +315,7 @@ class FingerDocument(StrictTable):
     relaxation: RelaxationTable | None = None
     live: LiveTable | None = None
     tare: TareTable = TareTable()
+    oriented: OrientedTable | None = None
 
     def told(self, folder: Path) -> dict[str, Any]:
         """What the file says, by the names of the fields of `FingerFile`; other files are looked for in `folder`.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .._check import FloatArray
     from .tables import Table
 
-__all__ = ["fit_held", "remodelled", "with_relaxation"]
+__all__ = ["fit_held", "remodelled", "with_orientation", "with_relaxation"]
 
 _THICK = 3.0
 """Thickness of a layer that is only to be fitted, in depths of the deepest sensor: where the fit starts from."""
@@ -212,6 +212,29 @@ def with_relaxation(file: FingerFile, relaxation: Relaxation) -> FingerFile:
     return replace(
         file, relaxation=Relaxation(share, time, doubt=doubt), text=with_table(file.text, "relaxation", told)
     )
+
+
+def with_orientation(file: FingerFile, day: str, presses: int) -> FingerFile:
+    r"""The file with [oriented]: that so many presses confirmed on a day how the sensors are connected.
+
+    Parameters
+    ----------
+    file : FingerFile
+        The file as it is.
+    day : str
+        "2026-11-27".
+    presses : int
+        How many there were.
+
+    Examples
+    --------
+    >>> from subskin.io import parse_finger
+    >>> file = parse_finger("[skin]\nyoung = 4e5\n[sensors]\ncount = 2\npitch = 2e-3\ndepth = 2e-3\n")
+    >>> with_orientation(file, "2026-11-27", 2).oriented
+    '2026-11-27'
+    """
+    _check.noun("file", file, FingerFile, 'io.load("finger.toml")')
+    return replace(file, oriented=day, text=with_table(file.text, "oriented", {"date": day, "presses": presses}))
 
 
 def _rounded(values: Any) -> Any:

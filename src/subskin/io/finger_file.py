@@ -14,6 +14,7 @@ from .. import _check
 from .._axes import on_finger, on_touches
 from .._check import FloatArray
 from .._shown import Tabled, span
+from ..contact import LineLoad
 from ..errors import FileError, SubskinError
 from ..finger import Finger, finger_needed
 from ..loads import force_unit
@@ -82,6 +83,8 @@ class FingerFile(Tabled, Recorded):
     tip : (float, {"cylinder", "sphere"} or None) or None
         Radius [m] and shape of the tip that flat layers are bent to, of which `subskin check` tells the cost; None
         where the file has no [tip].
+    oriented : str or None
+        The day on which presses confirmed how the sensors are connected; None where the file has no [oriented].
     text : str
         The file itself; `with_finger` changes it and keeps its comments.
     name : str
@@ -108,6 +111,7 @@ class FingerFile(Tabled, Recorded):
     turn: float = 0.0
     length: float | None = None
     tip: tuple[float, Literal["cylinder", "sphere"] | None] | None = None
+    oriented: str | None = None
     text: str = ""
 
     def _title(self) -> str:
@@ -159,7 +163,8 @@ class FingerFile(Tabled, Recorded):
         usual = options.pop("load", None)
         if usual == "line":
             self.finger.array.refuse_area()
-        return self.finger.locator(options.pop("family", usual or "line"), **options)
+        family = LineLoad if usual == "line" else usual or "line"
+        return self.finger.locator(options.pop("family", family), **options)
 
     def locate(self, readings: Given, **changes: Any) -> Any:
         """`Finger.locate` with the options of the file.
