@@ -25,6 +25,7 @@ from . import stream as stream
 from . import studio as studio
 from . import synthetic as synthetic
 from . import tensor as tensor
+from . import tolerances as tolerances
 from . import transducer as transducer
 from .array import SensorArray
 from .calibration import calibrate, calibrate_blind

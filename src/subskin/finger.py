@@ -188,7 +188,7 @@ class Finger(Tabled, Noun):
                 _check.doubt("young", softest, "Pa", 1e6, "MPa")
             return
         widest = max(LARGEST, _LONGEST * deepest)
-        for name, largest in (("depth", LARGEST), ("y", widest), ("z", widest)):
+        for name, largest in (("depth", DEEPEST), ("y", widest), ("z", widest)):
             value = float(np.abs(getattr(self.array, name)).max())
             if value > largest:
                 _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")

@@ -94,7 +94,7 @@ def test_the_radius_of_a_round_touch_is_an_unknown_more():
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     np.testing.assert_allclose(found.covariance[0, 1, 4] / scale, expected / scale, atol=1e-3, equal_nan=False)
     assert found.std["radius"][0, 1, 4] == pytest.approx(np.sqrt(expected[2, 2]), rel=1e-3)
-    channel, array = [Channel(ss.NormalStrain(), 1e-3)], [Arrangement("grid", (4,) * 4)]
+    channel, array = [Channel(ss.NormalStrain(), 1e-3)], [Arrangement("grid", (4, 4))]
     row = study_at_depth(SKIN, channel, 2.5e-3, [2.5e-3], array, touches, grid=(3, 3), samples=20)
     for name in ("position_95", "radius_mean", "force_worst"):
         assert row[name][0, 0] == pytest.approx(found[name], rel=1e-6)
@@ -131,7 +131,7 @@ def test_errors_of_many_frames_are_the_covariance(quality):
 
 def test_sensors_on_a_line_do_not_see_the_touch():
     """Four of five unknowns (docs/locating_area.md); shear gauges beside them, or a grid, see all."""
-    row, grid = Arrangement("row", (6,)), Arrangement("grid", (3, 3))
+    row, grid = Arrangement("row", (6,)), Arrangement("grid", (3, 2))
     gauge, shear = Channel(ss.NormalStrain(), 1e-3), Channel(ss.ShearStrain("xz"), 1e-3)
     study = study_at_depth(SKIN, [gauge], 3e-3, [2e-3], [row, grid], TOUCHES, grid=(5, 4), samples=20)
     assert study["rank"].tolist() == [[4.0, 5.0]]
@@ -147,7 +147,7 @@ def test_sensors_on_a_line_do_not_see_the_touch():
 
 def test_kinds_that_take_turns_and_kinds_at_each_position():
     gauge, shear = Channel(ss.NormalStrain(), 1e-3), Channel(ss.ShearStrain("xy"), 1e-3)
-    grid = Arrangement("grid", (3, 3))
+    grid = Arrangement("grid", (3, 2))
     turns = study_at_depth(SKIN, [gauge, shear], 3e-3, [3e-3], [grid], TOUCHES, together=False, grid=(5, 4), samples=20)
     at, which = grid.points(3e-3), grid.colours(2)
     kinds = [(gauge, shear)[i].transducer for i in which]
@@ -251,7 +251,7 @@ def test_fingers_are_ranked_and_go_into_files(study, tmp_path):
     """.replace("\n            ", " ")
     file = parse_goals(text)
     assert replace(file.goals, title="Finger") == replace(GOALS, title="Finger")
-    for k, layout in enumerate((best.row.layout, Arrangement("grid", (3, 3)))):
+    for k, layout in enumerate((best.row.layout, Arrangement("grid", (3, 2)))):
         row = replace(best.row, layout=layout)
         path = tmp_path / f"finger_{k}.toml"
         path.write_text(finger_text(file, row, best.quality.search, ["tried"]))
@@ -267,7 +267,7 @@ def test_mixes_go_into_files(tmp_path):
     assert goals.readings(3, 6) == 12
     raw = {"kind": "half_space", "young": "0.4 MPa"}
     for m in (2, 3):
-        row = Row(0, m, Arrangement("grid", (3, 3)), 3e-3, 2.5e-3)
+        row = Row(0, m, Arrangement("grid", (3, 2)), 3e-3, 2.5e-3)
         path = tmp_path / f"finger_{m}.toml"
         path.write_text(finger_text(GoalsFile(goals, (raw,), ""), row, BOX, []))
         back, own = load(path).finger.array, goals.finger(row).array
@@ -360,3 +360,12 @@ def test_free_positions_are_never_worse_and_keep_to_the_room(grid):
     assert (np.abs(points) <= 0.5 * GOALS.extent * (1 + 1e-9)).all()
     for mirror in ((-1, 1), (1, -1)):
         np.testing.assert_allclose(sorted((points * mirror).tolist()), sorted(points.tolist()), atol=2e-5)
+
+
+@pytest.mark.parametrize("shape", [(3, 3), (4, 2), (1, 5)])
+def test_a_grid_is_that_of_an_array(shape):
+    grid = Arrangement("grid", shape)
+    np.testing.assert_allclose(grid.points(2e-3), ss.SensorArray.grid(shape, 2e-3, depth=2e-3).points, atol=1e-15)
+    assert grid.count == shape[0] * shape[1] == len(grid.colours(2))
+    with pytest.raises(ss.errors.InvalidValueError, match=r"a grid of \(4, 4, 4\).*Fix: \(4, 3\)"):
+        Arrangement("grid", (4, 4, 4))

@@ -81,6 +81,8 @@ def test_forgotten_units_are_said():
         ss.Finger(ss.HalfPlane(ss.Material(young=0.4)), ss.SensorArray.line(count=4, pitch=1.5e-3, depth=2e-3))
     with pytest.warns(ValidityWarning, match=r"the largest depth = 2 m: if 2 mm was meant, write 0.002\."):
         ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=1.5e-3, depth=2))
+    with pytest.warns(ValidityWarning, match=r"the largest depth = 0\.5 m: if 0\.5 mm was meant, write 0\.0005\."):
+        ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=0.6, depth=0.5))
     with pytest.warns(ValidityWarning, match=r"the largest y = 9 m: if 9 mm was meant"):
         ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=6, depth=5e-3))
     with pytest.warns(ValidityWarning, match=r"position = 0.8 m: if 0.8 mm was meant"):

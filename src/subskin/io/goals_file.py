@@ -348,8 +348,7 @@ def _sensors_of(goals: Goals, row: Row) -> dict[str, Any]:
     if not goals.on_area:
         table |= {"count": row.count, "pitch": format_quantity(row.pitch, "m")}
     elif layout.pattern == "grid":
-        shape = [layout.rows[0], len(layout.rows)]
-        table |= {"layout": "grid", "shape": shape, "pitch": format_quantity(row.pitch, "m")}
+        table |= {"layout": "grid", "shape": [*layout.rows], "pitch": format_quantity(row.pitch, "m")}
         table |= {"centre": [format_quantity(side, "m") for side in goals.middle]} if any(goals.middle) else {}
     else:
         at = np.round(layout.points(row.pitch, goals.middle), 7)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple, TypeAlias
@@ -55,7 +56,7 @@ class Arrangement(Noun):
         How they are set out. Hexagonal rows lie sqrt(3)/2 pitches apart, each sensor half a pitch beside its
         neighbours in the next row.
     rows : tuple of int
-        Sensors in each row along y.
+        Sensors in each row along y; of a grid how many there are along y, and along z, as of `SensorArray.grid`.
     at : tuple of (float, float), optional
         The positions (y, z) themselves, where they are free [pitches].
 
@@ -82,8 +83,9 @@ class Arrangement(Noun):
         if self.pattern == "hexagonal" and steps - {1}:
             rule = "each row has one sensor more, or one less, than the next"
             raise InvalidValueError(f"hexagonal rows of {self.rows}", rule, "(2, 3, 2)")
-        if self.pattern == "grid" and steps - {0}:
-            raise InvalidValueError(f"rows of {self.rows}", "the rows of a grid have as many sensors each", "(4, 4, 4)")
+        if self.pattern == "grid" and len(self.rows) != 2:
+            rule = "a grid has so many sensors along y and so many along z"
+            raise InvalidValueError(f"a grid of {self.rows}", rule, f"({self.rows[0]}, {len(self.rows)})")
         if (self.pattern == "free") != bool(self.at) or (self.at and len(self.at) != sum(self.rows)):
             rule = "free positions are listed, others follow from their rows"
             seen = f"{self.pattern} with {len(self.at)} positions"
@@ -95,13 +97,13 @@ class Arrangement(Noun):
     @property
     def count(self) -> int:
         """Number of positions."""
-        return sum(self.rows)
+        return math.prod(self.rows) if self.pattern == "grid" else sum(self.rows)
 
     @property
     def text(self) -> str:
         """What a person calls it: "4 x 3 grid" is four along y, three along z."""
         if self.pattern == "grid":
-            return f"{self.rows[0]} x {len(self.rows)} grid"
+            return f"{self.rows[0]} x {self.rows[1]} grid"
         if self.pattern == "hexagonal":
             return f"{'+'.join(map(str, self.rows))} hexagonal"
         return f"row of {self.count}" if self.pattern == "row" else f"{self.count} free"
@@ -112,7 +114,7 @@ class Arrangement(Noun):
         if self.at:
             return np.array(self.at)
         if self.pattern == "grid":
-            return even_grid((self.rows[0], len(self.rows)), 1.0)
+            return even_grid((self.rows[0], self.rows[1]), 1.0)
         apart = np.sqrt(0.75) if self.pattern == "hexagonal" else 1.0
         out = [
             np.stack([np.arange(n) - (n - 1) / 2, np.full(n, apart * (j - (len(self.rows) - 1) / 2))], axis=-1)
@@ -157,7 +159,7 @@ class Arrangement(Noun):
             How many there are.
         """
         if self.pattern == "grid":
-            return np.add.outer(np.arange(self.rows[0]), np.arange(len(self.rows))).reshape(-1) % kinds
+            return np.add.outer(*map(np.arange, self.rows)).reshape(-1) % kinds
         return np.concatenate([(np.arange(n) + j) % kinds for j, n in enumerate(self.rows)])
 
 
@@ -214,7 +216,7 @@ def layouts(patterns: _Names, counts: tuple[int, int], slender: Positive = 1.0) 
         if pattern == "row":
             every += [Arrangement("row", (n,)) for n in range(low, high + 1)]
         elif pattern == "grid":
-            every += [Arrangement("grid", (m,) * n) for n in range(2, high // 2 + 1) for m in range(2, high // n + 1)]
+            every += [Arrangement("grid", (m, n)) for n in range(2, high // 2 + 1) for m in range(2, high // n + 1)]
         elif pattern == "hexagonal":
             for n in range(2, high + 1):
                 for m in range(1, high // n + 2):  # of longer rows there would be too many positions

@@ -317,7 +317,7 @@ def study_at_depth(
     Strain gauges on one line see four of the five unknowns of a touch on an area, however many there are.
 
     >>> touches = ss.design.Touches(force=1.0, friction=0.5, area=((-2e-3, 2e-3), (-2e-3, 2e-3)))
-    >>> both, gauge = [Arrangement("row", (6,)), Arrangement("grid", (3, 3, 3))], gauge._replace(noise=1e-3)
+    >>> both, gauge = [Arrangement("row", (6,)), Arrangement("grid", (3, 3))], gauge._replace(noise=1e-3)
     >>> found = study_at_depth(ss.HalfSpace(rubber), gauge, 2e-3, [1.5e-3], both, touches, samples=50)
     >>> found["rank"].tolist(), (1e3 * found["position_95"]).round(3).tolist()
     ([[4.0, 5.0]], [[inf, 0.121]])

@@ -224,7 +224,7 @@ def search_grid(
     return DesignGrid(goals, depths, pitches, counts, values, criteria_of(goals))
 
 
-_VERSION = 3
+_VERSION = 4
 """Of what is kept in a store: to be raised where `study_at_depth` comes to give other numbers."""
 
 
