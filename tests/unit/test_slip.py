@@ -228,6 +228,19 @@ class TestStick:
         found = slip(estimate(20.0, 10.0 * self.SHARE, (1e-20, 0.0, 1e-20)), 0.5, contact=contact)
         assert found.stick == pytest.approx(wanted, rel=1e-9, nan_ok=True)
 
+    @pytest.mark.parametrize(
+        ("contact", "body"), [("hertz", ss.pressing.Sphere(radius=8e-3)), ("wedge", ss.pressing.ConeTip(slope=0.15))]
+    )
+    def test_on_an_area_it_is_that_of_a_ball_and_of_a_cone(self, contact, body):
+        """T = .6 mu N: .4^(1/3) beneath a ball, .4^(1/2) beneath a cone, and so says the solver."""
+        half = ss.HalfSpace(ss.Material(young=0.4e6))
+        pad = ss.Finger(half, ss.SensorArray.grid((4, 4), 3e-3, depth=3e-3, noise=1e-6))
+        press = ss.PointLoad(components=[0.3, 0.6 * 0.15 * 0.6, 0.6 * 0.15 * 0.8], position=(1e-3, 0.0))
+        found = pad.locate(pad.read(press))
+        law, solved = slip(found, 0.5, contact=contact), slip(found, 0.5, skin=half, indenter=body)
+        assert law.stick == pytest.approx(0.4 ** (1 / 3 if contact == "hertz" else 1 / 2), abs=1e-3)
+        assert solved.stick == pytest.approx(law.stick, abs=4e-3)
+
     def test_it_is_that_of_the_contact_class(self):
         touch = ss.PartialSlip(force=40.0, angle=0.3, half_width=0.6e-3, friction=0.6)
         found = slip(estimate(float(touch.normal_force), float(touch.tangential_force)), 0.6)

@@ -16,7 +16,7 @@ from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate import Estimate, Layout, Status
 from ..estimate.shown import Shown, in_html, in_words
-from ..pressing import Indenter
+from ..pressing import Indenter, LocalIndenter
 from ..skin import Skin
 from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, margin, picked
 from ._cone_kernel import CUT_OFF, JUDGED, PROBABILITY, RATIO, UNSURE, VERDICT, SlipVerdict, judge_frames
@@ -74,7 +74,7 @@ class Slip(Frozen):
     estimate: Estimate
     friction: Friction
     contact: str
-    bodies: tuple[Skin, Indenter] | None
+    bodies: tuple[Skin, Indenter | LocalIndenter] | None
 
     plot = Drawing("slip_figure")
 
@@ -163,10 +163,13 @@ class Slip(Frozen):
         if self.estimate.layout.twist:  # drag and moment together leave no ring
             return _check.read_only(np.full_like(ratio, np.nan))
         if self.bodies is None:
-            return _check.read_only(stick_share(self.contact, ratio))
+            return _check.read_only(stick_share(self.contact, ratio, on_area=self.estimate.layout.dim == 2))
         mean = np.maximum(self.friction.mean, 1e-12)
-        share = np.minimum(ratio, 1.0)
-        return stick_zone(*self.bodies, self.normal, share * mean * self.normal, mean)
+        drag = np.minimum(ratio, 1.0) * mean * self.normal
+        if self.estimate.layout.dim == 2:
+            azimuth = self.estimate.load.azimuth[..., None]
+            drag = drag[..., None] * np.concatenate([np.cos(azimuth), np.sin(azimuth)], axis=-1)
+        return stick_zone(*self.bodies, self.normal, drag, mean)
 
 
 def slip(
@@ -175,7 +178,7 @@ def slip(
     *,
     contact: str = "hertz",
     skin: Skin | None = None,
-    indenter: Indenter | None = None,
+    indenter: Indenter | LocalIndenter | None = None,
     thresholds: tuple[float, float] = _THRESHOLDS,
 ) -> Slip:
     """How close to slipping: margin to the friction cone, probability of slip, and what of the contact still sticks.

@@ -24,7 +24,7 @@ from .. import _check
 from .._check import FloatArray
 from .._declared import Real, checked
 from ..contact import families, family_of
-from ..pressing import Indenter, PressStatus, press
+from ..pressing import Indenter, LocalIndenter, LocalSolution, PressStatus, press
 from ..skin import Skin
 
 __all__ = [
@@ -173,21 +173,23 @@ def _known(contact: str) -> str:
     return contact
 
 
-def stick_share(contact: str, ratio: FloatArray) -> FloatArray:
+def stick_share(contact: str, ratio: FloatArray, *, on_area: bool = False) -> FloatArray:
     """Stick zone c/a by |T| / (mu N): the contact zone of the normal force N - |T|/mu (Ciavarella 1998, Jaeger 1998).
 
-    For a round body that of Cattaneo (1938) and Mindlin (1949). NaN for a line, which has no zone to speak of.
+    For a round body that of Cattaneo (1938) and Mindlin (1949). NaN for a line, which has no zone to speak of. On an
+    area the force grows with one power of a more: as a^3 beneath a ball, as a^2 beneath a cone.
     """
     growth = family_of(checked_contact(contact)).GROWTH
     if growth is None or np.isnan(growth):
         return np.full_like(ratio, np.nan)
+    growth = growth / (1 + growth) if on_area else growth
     return np.where(ratio < 1, np.maximum(1 - ratio, 0.0) ** growth, np.where(ratio >= 1, 0.0, np.nan))
 
 
 @checked
 def stick_zone(
     skin: Skin,
-    indenter: Indenter,
+    indenter: Indenter | LocalIndenter,
     normal: _Force,
     tangential: _Force,
     friction: Annotated[npt.ArrayLike, Real(above=0.0)],
@@ -209,7 +211,8 @@ def stick_zone(
     skin, indenter
         As in `subskin.press`.
     normal, tangential : array_like, shape (...)
-        Normal and tangential force [N/m].
+        Normal and tangential force [N/m]. On an area [N], where the drag is along y, or `tangential` is (..., 2): along
+        y and z.
     friction : array_like, shape (...)
         Coefficient of friction [-], > 0.
     nodes, window, period, datum, tolerance, max_strain : optional
@@ -218,7 +221,8 @@ def stick_zone(
     Returns
     -------
     ndarray, shape (...)
-        0 where all of it slides; NaN where the solver did not settle, and where a load is NaN or does not press.
+        On an area the root of the part of the contact's area. 0 where all of it slides; NaN where the solver did not
+        settle, and where a load is NaN or does not press.
 
     Raises
     ------
@@ -235,27 +239,36 @@ def stick_zone(
     >>> round(float(share), 2), round(float(0.5**0.5), 2)
     (0.71, 0.71)
     """
-    given = {"normal": np.asarray(normal), "tangential": np.asarray(tangential), "friction": np.asarray(friction)}
-    shape = _check.broadcast(**given)
-    flat = [np.broadcast_to(v, shape).reshape(-1) for v in given.values()]
+    n, t, mu = np.asarray(normal), np.asarray(tangential), np.asarray(friction)
+    both = t.ndim > max(n.ndim, mu.ndim) and t.shape[-1] == 2
+    shape = _check.broadcast(normal=n, tangential=t[..., 0] if both else t, friction=mu)
+    drags = np.broadcast_to(t, (*shape, 2)).reshape(-1, 2) if both else np.broadcast_to(t, shape).reshape(-1)
+    flat = [np.broadcast_to(v, shape).reshape(-1) for v in (n, mu)]
     options = {"nodes": nodes, "window": window, "period": period, "datum": datum}
     options |= {"tolerance": tolerance, "max_strain": max_strain}
-    shares = [_share(skin, indenter, float(n), float(t), float(m), options) for n, t, m in zip(*flat, strict=True)]
+    every = zip(*flat, drags, strict=True)
+    shares = [_share(skin, indenter, float(v), float(m), drag, options) for v, m, drag in every]
     return _check.read_only(np.array(shares, dtype=np.float64).reshape(shape))
 
 
 def _share(
-    skin: Skin, indenter: Indenter, normal: float, tangential: float, mu: float, options: dict[str, Any]
+    skin: Skin, indenter: Indenter | LocalIndenter, normal: float, mu: float, drag: FloatArray, options: dict[str, Any]
 ) -> float:
-    if not np.isfinite(normal + tangential) or not normal > 0:
+    size = float(np.hypot.reduce(np.atleast_1d(drag)))
+    if not np.isfinite(normal + size) or not normal > 0:
         return np.nan
-    if abs(tangential) >= mu * normal:
+    if size >= mu * normal:
         return 0.0
-    pressed = press(skin, indenter, force=normal, friction=mu, **options)
+    body: Any = indenter
+    pressed: Any = press(skin, body, force=normal, friction=mu, **options)
     settled = (PressStatus.OK, PressStatus.SLIDES)
     if pressed.status not in settled:
         return np.nan
-    dragged = press(skin, indenter, force=normal, friction=mu, tangential=tangential, after=pressed)
+    local = isinstance(pressed, LocalSolution)
+    along: Any = tuple(np.append(drag, 0.0)[:2].tolist()) if local else float(drag)
+    dragged: Any = press(skin, body, force=normal, friction=mu, tangential=along, after=pressed)
     if dragged.status not in settled:
         return np.nan
+    if isinstance(dragged, LocalSolution):
+        return float(np.sqrt(np.count_nonzero(dragged.stick) / np.count_nonzero(dragged.pressure > 0)))
     return float(np.diff(dragged.stick).sum() / np.diff(dragged.edges).sum())
