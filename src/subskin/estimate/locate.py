@@ -226,7 +226,7 @@ def locate(
         As in `locator`.
     doubt : array_like, shape (..., n), optional
         Standard deviation of each reading beside the sensor's noise [reading], as in `Locator`: that of `Tared`, where
-        a touch was held. On a row only.
+        a touch was held. Not of an area's response measured in place.
 
     Returns
     -------
@@ -268,9 +268,6 @@ def locate(
         finger, family, search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
         None, beside, None,
     )  # fmt: skip
-    if doubt is not None and finger.array.on_area:
-        rule = "on an area all frames are weighed by one noise of each sensor"
-        raise InvalidValueError("doubt of sensors on an area", rule, "doubt=None")
     found: Estimate | Either = search_with(readings) if doubt is None else search_with(readings, doubt)
     return found
 

@@ -20,7 +20,7 @@ from ..response import Response
 from .estimate import Estimate
 from .frames import Framewise, packed, scan_geometry, sensor_rows
 from .layout import LINE, SIZED_LINE, WIDE
-from .settle.uncertain import Uncertain, fill_settled
+from .settle.uncertain import Uncertain, fill_settled, in_doubt
 
 __all__ = ["Locator", "Stretches", "beyond", "reached", "stretches"]
 
@@ -137,8 +137,6 @@ _WHOLE = 32
 
 _OTHERS = 0.25
 """Steps [least depths] at which another load is looked for where the finger is not known exactly."""
-_NOTHING = 0.05
-"""Doubts less than this, of the noise, change no standard error by more than about a thousandth."""
 
 
 class Locator(Framewise):
@@ -249,10 +247,8 @@ class Locator(Framewise):
         self._search_ends = (float(response.start), float(response.stop))
         self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
 
-    @property
-    def takes_doubt(self) -> bool:
-        """Whether a call takes the doubts of readings, as a `Pipeline` asks."""
-        return self._uncertain is None
+    takes_doubt = True
+    """Whether a call takes the doubts of readings, as a `Pipeline` asks."""
 
     def __call__(self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None) -> Estimate:
         """The contact in each frame.
@@ -298,14 +294,21 @@ class Locator(Framewise):
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         if self._uncertain is None:
             self._compiled(frames, *arrays, self.layout.named(out))
-            return
+        else:
+            self._settle(frames, arrays, out)
+
+    def _settle(
+        self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray, doubt: FloatArray | None = None
+    ) -> None:
+        """`_fill` where the finger is not known exactly."""
+        assert self._uncertain is not None
 
         def loop(*given: Any) -> None:
             part = np.empty((len(given[-1]), LINE.columns))
             self._compiled(*given[:-1], LINE.named(part))
             given[-1][:, : LINE.columns] = part
 
-        fill_settled(loop, frames, arrays, bool(self._uncertain.sizes), out)
+        fill_settled(loop, frames, arrays, bool(self._uncertain.sizes), out, doubt)
 
     def _doubted(
         self,
@@ -315,7 +318,10 @@ class Locator(Framewise):
         pattern: npt.NDArray[np.bool_],
         out: FloatArray,
     ) -> None:
-        rows = (doubt > _NOTHING * np.asarray(self.array.noise)[pattern]).any(axis=-1)
+        if self._uncertain is not None:
+            self._settle(frames, arrays, out, doubt)
+            return
+        rows = in_doubt(doubt, np.asarray(self.array.noise)[pattern])
         many = int(np.count_nonzero(rows))
         if many < len(frames):
             part = np.empty((len(frames) - many, self._columns))

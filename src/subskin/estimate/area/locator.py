@@ -19,7 +19,7 @@ from ...radial_round import RoundResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, ROUND, SIZED, TWIST, Layout
-from ..settle.uncertain import Uncertain, fill_settled
+from ..settle.uncertain import Uncertain, fill_settled, in_doubt
 from ..varpro import Limits
 from .far import INNER, far_from, nodes_of
 from .judge import Beyond, Settings, plain
@@ -29,6 +29,7 @@ from .round_contact import tables_of
 from .round_project import RoundSearch
 from .search import step_of
 from .tiles import COUNT, NEAR, NODES, STRIDE, Seen, Tiles, boxes_beyond, nodes_beyond, nodes_of_sensors, tiles_of
+from .uncertain import exactly, to_settle
 
 __all__ = ["AreaLocator", "LocalLocator", "RoundLocator"]
 
@@ -82,7 +83,7 @@ class LocalLocator(Framewise):
             outliers=outliers, ambiguity=self._ambiguity,
         )  # fmt: skip
 
-    def __call__(self, readings: npt.ArrayLike) -> Estimate:
+    def __call__(self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None) -> Estimate:
         """The contact in each frame.
 
         Parameters
@@ -90,6 +91,9 @@ class LocalLocator(Framewise):
         readings : array_like, shape (..., n)
             Raw readings, offset included, in units of each gain. NaN marks a missing one; it, and a saturated one, are
             left out of its frame.
+        doubt : array_like, shape (..., n), optional
+            Of point loads: standard deviation of each reading beside the sensor's noise [reading]. A frame weighs its
+            sensors by both.
 
         Returns
         -------
@@ -98,10 +102,10 @@ class LocalLocator(Framewise):
 
         Raises
         ------
-        GeometryError
-            A last axis that is not the number of sensors.
+        GeometryError, InvalidValueError
+            A last axis that is not the number of sensors; doubts of another shape, below 0, or of another contact.
         """
-        table, used = self._frames(readings)
+        table, used = self._frames(readings, doubt)
         return Estimate(table, used, self.friction, self.unknowns, self.layout, self.relative)
 
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -212,16 +216,12 @@ class AreaLocator(LocalLocator):
         settings = self._settings(array, response, error, least_told_apart(seen, _ALIKE))
         arrays = sensor_rows(array), *map(plain, (model, tiles, beyond, ring, far)), sizes, plain(settings)
         if self._uncertain is not None:
-            steps = (np.arange(low, high + 0.5 * self._step, self._step) for low, high in box)
-            grid = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
-            nodes = np.concatenate([grid, beyond.nodes[:, :2]])
-            told = {
-                "friction": self.friction, "largest": settings.largest, "ambiguity": settings.ambiguity,
-                "apart": settings.apart, "box": settings.box,
-                "beyond": settings.box + self._beyond * np.array([-1.0, 1.0, -1.0, 1.0]),
-            }  # fmt: skip
-            arrays += (self._uncertain.to_settle(array, pattern, self.layout, nodes, **told),)
+            arrays += (self._to_settle(self._uncertain, pattern, settings, beyond),)
         return arrays
+
+    def _to_settle(self, uncertain: Uncertain, pattern: npt.NDArray[np.bool_], *given: Any) -> tuple[Any, ...]:
+        """Arguments of the loop that settles, for the sensors of `pattern`; given: its `Settings` and `Beyond`."""
+        return to_settle(uncertain, self.array.select(pattern), pattern, self._step, self._beyond, *given)
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         if self._uncertain is None:
@@ -229,24 +229,39 @@ class AreaLocator(LocalLocator):
         else:
             fill_settled(self._compiled, frames, arrays, bool(self._uncertain.sizes), out)
 
+    takes_doubt = True
+    """Whether a call takes the doubts of readings, as a `Pipeline` asks."""
+
+    def _doubted(
+        self, frames: FloatArray, doubt: FloatArray, arrays: tuple[Any, ...], pattern: npt.NDArray[np.bool_],
+        out: FloatArray,
+    ) -> None:  # fmt: skip
+        if self.layout.wide:  # a round contact
+            super()._doubted(frames, doubt, arrays, pattern, out)
+        if self._uncertain is not None:
+            fill_settled(self._compiled, frames, arrays, bool(self._uncertain.sizes), out, doubt)
+            return
+
+        def made() -> tuple[Any, ...]:
+            return self._to_settle(exactly(self.response), pattern, Settings(*arrays[-1]), Beyond(*arrays[3]))
+
+        index = np.flatnonzero(in_doubt(doubt, np.asarray(self.array.noise)[pattern]))
+        self._compiled(frames, *arrays, out)
+        whole = np.empty((index.size, SIZED.columns))
+        settling = self._prepared.get(b"doubt" + pattern.tobytes(), made)
+        fill_settled(self._compiled, frames[index], (*arrays, settling), False, whole, doubt[index])
+        out[index] = whole[:, : AREA.columns]
+
     def _settings(self, array: SensorArray, response: RadialResponse, error: float, told: float = np.inf) -> Settings:
         """The numbers that the compiled loop goes by; `error` is that of its table."""
-        box = np.array(self.search)
+        box, depth = np.array(self.search), self._depth
         strongest = np.abs(response(np.array([[p.mean() for p in box]])) / np.asarray(array.noise)[:, None]).max()
         return Settings(
-            limits=Limits(self.friction),
-            detection=self._detection,
-            largest=self._left(len(array), self._false_alarm),
-            ambiguity=self._ambiguity,
-            apart=0.02 * self._depth,
-            broad=0.1 * self._depth,
-            strong=_STRONG,
-            curved=_CURVED * self._depth,
-            smallest=1e-9 * self._depth,
-            box=box.reshape(-1),
-            error=float(len(array) * (error * strongest) ** 2),
-            told=told,
-        )
+            limits=Limits(self.friction), detection=self._detection,
+            largest=self._left(len(array), self._false_alarm), ambiguity=self._ambiguity, apart=0.02 * depth,
+            broad=0.1 * depth, strong=_STRONG, curved=_CURVED * depth, smallest=1e-9 * depth, box=box.reshape(-1),
+            error=float(len(array) * (error * strongest) ** 2), told=told,
+        )  # fmt: skip
 
     def _seen(self, whole: Callable[[], RadialResponse], pattern: npt.NDArray[np.bool_], name: int = 0) -> Seen:
         """What the sensors of `pattern` read, by the response of all.
@@ -324,6 +339,8 @@ class RoundLocator(AreaLocator):
 
     layout: Layout = ROUND
     response: RoundResponse
+
+    takes_doubt = False
 
     def __init__(
         self,

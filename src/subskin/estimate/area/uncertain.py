@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._check import FloatArray
+from ...array import SensorArray
 from ...contact import RoundHertz
 from ...finger import Finger
 from ...radial import RadialResponse, tabulate_radial
 from ...radial_round import tabulate_round
+from ...tolerances import Tolerances
+from ..layout import SIZED
 from ..settle.given import Variants
 from ..settle.uncertain import POWERS, SQUARES, Uncertain, deeper_than, other_than
+from .judge import Beyond, Settings
 from .point import laid_out
 
-__all__ = ["on_area"]
+__all__ = ["exactly", "on_area", "to_settle"]
 
 
 def on_area(finger: Finger, response: RadialResponse, reach: float, *, sized: bool) -> Uncertain | None:
@@ -36,6 +42,32 @@ def on_area(finger: Finger, response: RadialResponse, reach: float, *, sized: bo
     if deeper is not None:  # as far in depths, so that the cells are the same
         made = tabulate_radial(deeper, reach * float(np.asarray(deeper.array.depth).min()) / widest)
     return Uncertain(told, _tables, response, ratios, made, less, sizes, widest)
+
+
+def exactly(response: RadialResponse) -> Uncertain:
+    """That of a finger of which nothing is unknown, touched by points: what is left are doubts of single readings."""
+    widest = float(np.asarray(response.depth).min())
+    return Uncertain(Tolerances(), _tables, response, (0.0, 0.0), None, None, (), widest)
+
+
+def to_settle(
+    uncertain: Uncertain, array: SensorArray, pattern: npt.NDArray[np.bool_], step: float, away: float,
+    settings: Settings, beyond: Beyond,
+) -> tuple[Any, ...]:  # fmt: skip
+    """Arguments of the loop that settles, for the sensors of `pattern`, which are `array`.
+
+    Another load is looked for in the search at such a `step`, and as far `away` from it at the nodes of `beyond`.
+    """
+    box = settings.box.reshape(2, 2)
+    sides = (np.arange(low, high + 0.5 * step, step) for low, high in box)
+    grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
+    told = {
+        "friction": settings.limits[0], "largest": settings.largest, "ambiguity": settings.ambiguity,
+        "apart": settings.apart, "box": settings.box,
+        "beyond": (box + away * np.array([-1.0, 1.0])).reshape(-1),
+    }  # fmt: skip
+    nodes = np.concatenate([grid, beyond.nodes[:, :2]])
+    return uncertain.to_settle(array, pattern, SIZED, nodes, **told)
 
 
 def _tables(every: list[RadialResponse], noise: FloatArray, at: dict[str, int]) -> Variants:

@@ -9,6 +9,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..area.point import ROWS
 from .elsewhere import FEW_SPARE, elsewhere, scanning, variance_of
+from .given import Errors
 from .normal import COMMON, copied, room_of, second_moment, size_of, spread_of, stepped
 from .variants import STEPS, SettlingCase, lay_out, settle
 
@@ -165,24 +166,35 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
 
 
 @compiled(frames="readings")
-def scaled_frames(readings, rows, told, sized, scale, out):
-    """Frames as if the noise were that of all errors, into out (f, n); by how much each is divided, into scale (f,)."""
-    share = told.share_sized if sized else told.share
+def scaled_frames(readings, doubt, rows, told, sized, scale, out):
+    """Frames as if the noise were that of all errors, into out (f, n); by how much each is divided, into scale (f,).
+
+    doubt (f, n), or of no frame: standard deviations of single readings beside all others [reading].
+    """
+    share, n = told.share_sized if sized else told.share, readings.shape[1]
     for f in range(readings.shape[0]):
-        largest, total, inside = 0.0, 0.0, True
-        for i in range(readings.shape[1]):
+        largest, total, inside, level = 0.0, 0.0, True, told.level
+        for i in range(n):
             inside &= rows[2, i] < readings[f, i] < rows[3, i]
             w = (readings[f, i] - rows[0, i]) * rows[1, i]
             largest, total = max(largest, w * w), total + w * w
-        square = told.level + share * largest
-        scale[f] = math.sqrt(max(min(square, total / _SEEN), told.level))
-        for i in range(readings.shape[1]):
+            if doubt.shape[0] > 0:
+                level += (doubt[f, i] * rows[1, i]) ** 2 / n
+        square = level + share * largest
+        scale[f] = math.sqrt(max(min(square, total / _SEEN), level))
+        for i in range(n):
             out[f, i] = rows[0, i] + (readings[f, i] - rows[0, i]) / scale[f] if inside else math.nan
 
 
 @compiled(frames="readings")
-def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, sized_only, out):
-    """Settle what the loop over scaled frames found, in `out`; sized_only: as touches of some size alone."""
+def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
+    """Settle what the loop over scaled frames found, in `out`; sized_only: as touches of some size alone.
+
+    given: what `Uncertain.to_settle` made; doubt as of `scaled_frames`.
+    """
+    variants, drawn, told, nodes, fields = given
+    still = drawn.still.copy()
+    errors = Errors(still, drawn.gain, drawn.position, drawn.own, drawn.common, drawn.ratios)
     n, positions, components, at = readings.shape[1], nodes.shape[1], fields.shape[1], told.columns
     every = positions + components
     common = COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
@@ -205,9 +217,11 @@ def settle_frames(readings, rows, variants, errors, told, nodes, fields, scale, 
             continue
         for i in range(n):
             w[i] = (readings[f, i] - rows[0, i]) * rows[1, i]
+            if doubt.shape[0] > 0:
+                still[i] = math.hypot(drawn.still[i], doubt[f, i] * rows[1, i])
         sized, worse = sized_only, math.inf
         _start(room, row, 0, scale[f])
-        exact = told.share == 0.0 and told.level == 1.0 and not sized_only
+        exact = told.share == 0.0 and told.level == 1.0 and doubt.shape[0] == 0 and not sized_only
         rival = not math.isnan(row[at.rival])
         if rival:
             _start(other, row, at.rival, scale[f])

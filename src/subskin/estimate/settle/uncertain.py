@@ -19,7 +19,7 @@ from ..estimate import Status
 from ..layout import Layout
 from .given import Errors, SettledColumns, Settling, Variants
 
-__all__ = ["POWERS", "SQUARES", "Uncertain", "deeper_than", "fill_settled", "other_than"]
+__all__ = ["POWERS", "SQUARES", "Uncertain", "deeper_than", "fill_settled", "in_doubt", "other_than"]
 
 SQUARES = np.array([0.15, 0.4, 0.7, 1.0])
 """Squares of the half widths at which readings are compared, in those of the largest."""
@@ -28,6 +28,10 @@ POWERS = np.linalg.inv(SQUARES[:, None] ** (1 + np.arange(SQUARES.size)))
 _NODES, _AREA_NODES, _SHIFT = 41, 9, 1e-4
 """Positions between the sensors at which errors are compared, on a row and along each side of an area; and the shift by
 which slopes are told [depths]."""
+
+
+_NOTHING = 0.05
+"""Doubts less than this, of the noise, change no standard error by more than about a thousandth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,26 +159,38 @@ def _reads(one: Any, noise: FloatArray) -> Callable[[FloatArray], FloatArray]:
     return lambda at: np.asarray(one(at)) / noise[:, None]
 
 
-def fill_settled(loop: Any, frames: FloatArray, arrays: Sequence[Any], sized: bool, out: FloatArray) -> None:
+def in_doubt(doubt: FloatArray, noise: FloatArray) -> npt.NDArray[np.bool_]:
+    """Frames whose readings have doubts (f, n) that matter, beside the noise (n,)."""
+    return np.asarray((doubt > _NOTHING * noise).any(axis=-1))
+
+
+def fill_settled(
+    loop: Any, frames: FloatArray, arrays: Sequence[Any], sized: bool, out: FloatArray, doubt: FloatArray | None = None
+) -> None:
     """What a loop finds in frames, settled; where that explains nothing and touches may have a size, again with one.
 
-    arrays: its arguments between the frames and `out`, then those of the loop that settles.
+    arrays: its arguments between the frames and `out`, then those of the loop that settles; doubt (f, n): standard
+    deviations of single readings beside all others [reading].
     """
     status = arrays[-1][2].columns.status
-    _settled(loop, frames, arrays, False, out)
+    doubt = np.empty((0, frames.shape[1])) if doubt is None else np.ascontiguousarray(doubt)
+    _settled(loop, frames, doubt, arrays, False, out)
     again = np.flatnonzero(out[:, status] == Status.UNEXPLAINED) if sized else np.empty(0, dtype=np.intp)
     if again.size:
         part = np.empty((again.size, out.shape[1]))
-        _settled(loop, np.ascontiguousarray(frames[again]), arrays, True, part)
+        some = doubt[again] if len(doubt) else doubt
+        _settled(loop, np.ascontiguousarray(frames[again]), some, arrays, True, part)
         taken = np.isin(part[:, status], (Status.OK, Status.AMBIGUOUS))
         out[again[taken]] = part[taken]
 
 
-def _settled(loop: Any, frames: FloatArray, arrays: Sequence[Any], sized: bool, out: FloatArray) -> None:
+def _settled(
+    loop: Any, frames: FloatArray, doubt: FloatArray, arrays: Sequence[Any], sized: bool, out: FloatArray
+) -> None:
     """A loop over frames as if the noise were that of all errors; then each settled by these."""
     from .frames import scaled_frames, settle_frames
 
-    settling, scale, scaled = arrays[-1], np.empty(len(frames)), np.empty_like(frames)
-    scaled_frames(frames, arrays[0], settling[2], sized, scale, scaled)
+    given, scale, scaled = arrays[-1], np.empty(len(frames)), np.empty_like(frames)
+    scaled_frames(frames, doubt, arrays[0], given[2], sized, scale, scaled)
     loop(scaled, *arrays[:-1], out)
-    settle_frames(frames, arrays[0], *settling, scale, sized, out)
+    settle_frames(frames, doubt, arrays[0], given, scale, sized, out)
