@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -22,7 +22,7 @@ _LARGEST = 0.3
 """Beyond this an error is no small change of the readings."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tolerances(Noun):
     """Standard deviations of what is not known of a finger; estimators count them with the noise.
 
@@ -58,6 +58,8 @@ class Tolerances(Noun):
     >>> array = ss.SensorArray.grid(shape=(4, 4), pitch=3e-3, depth=3e-3, noise=4e-5)
     >>> drawn = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
     >>> told = ss.Tolerances(gain=0.02, depth=0.05, position=0.05)
+    >>> told
+    Tolerances(gain=0.02, depth=0.05, position=0.05)
     >>> made = ss.Finger(*told.draw(drawn.skin, array, np.random.default_rng(0)))
     >>> readings = made.read(ss.PointLoad(force=1.0, position=(1e-3, 0.0)))
     >>> ss.Status(drawn.locate(readings).status).name  # to the noise, no load explains them
@@ -76,6 +78,11 @@ class Tolerances(Noun):
     common: Annotated[float, Real(at_least=0.0, at_most=1.0)] = 0.25
 
     EXAMPLE: ClassVar = "Tolerances(gain=0.02, depth=0.05, position=0.05, poisson=0.05)"
+
+    def __repr__(self) -> str:
+        told = {field.name: np.asarray(getattr(self, field.name)).tolist() for field in fields(self)}
+        usual = {field.name: field.default for field in fields(self)}
+        return f"Tolerances({', '.join(f'{name}={v}' for name, v in told.items() if v != usual[name])})"
 
     def __str__(self) -> str:
         """Those that are not zero, as a person reads them."""
