@@ -10,7 +10,7 @@ import numpy as np
 from ..._check import FloatArray
 from ..._compiled import compiled
 from ..cone import eliminate_three, eliminate_two
-from .normal import COMMON, copied
+from .normal import COMMON, copied, volume_of
 from .variants import STEPS, settle
 
 _FEW, _SLACK = 4, 30.0
@@ -168,6 +168,7 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
         left = total - _taken_at(fields[p], weight, w, common, told.friction, table, scan)
         if left < enough + slack:
             _rank(nodes, p, left, told.longest, best)
+    enough += volume_of(room)
     force = 0.0
     for c in range(room.load.size):
         force += room.load[c] ** 2
@@ -180,6 +181,6 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
         other.shared[:] = 0.0
         other.load[0] = math.sqrt(force)
         left = settle(w, case, told.beyond, sized, STEPS, other)
-        if left < enough and _distance(other.at, row, positions) > reach:
+        if left < math.inf and left + volume_of(other) < enough and _distance(other.at, row, positions) > reach:
             return True
     return False

@@ -10,7 +10,7 @@ from ..._compiled import compiled
 from ..area.point import ROWS
 from .elsewhere import FEW_SPARE, elsewhere, scanning, variance_of
 from .given import Errors
-from .normal import COMMON, copied, room_of, second_moment, size_of, spread_of, stepped
+from .normal import COMMON, copied, room_of, second_moment, size_of, spread_of, stepped, volume_of
 from .variants import STEPS, SettlingCase, lay_out, settle
 
 _TAKEN, _NARROW, _FAR, _WIDE = 16.0, 0.05, 40.0, 0.2
@@ -236,7 +236,7 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
                     apart += (other.at[j] - room.at[j]) ** 2
                 if apart < (5.0 * told.apart) ** 2:
                     worse = math.inf
-                elif worse < left:
+                elif worse < math.inf and worse + volume_of(other) < left + volume_of(room):
                     left, worse, room, other = worse, left, other, room
         more[:] = 0.0
         if variants.sizes >= 0 and left < math.inf:
@@ -255,7 +255,8 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
         row[at.rival_chi2] = math.inf
         if worse < math.inf:
             _put(other, row, at.rival)
-            row[at.rival_chi2] = max(worse - left, 0.0)
+            more_errors = 0.0 if exact else volume_of(other) - volume_of(room)
+            row[at.rival_chi2] = max(worse - left + more_errors, 0.0)
         known = math.sqrt(variance_of(spread, positions, every)) < 2.0 * _WIDE * told.longest
         open_ = not known or row[at.rival_chi2] < told.ambiguity or _direction_open(room, spread)
         for j in range(positions):

@@ -222,6 +222,18 @@ def stepped(room, friction, sized):
 
 
 @compiled(borrows=True)
+def volume_of(room):
+    """Minus the logarithm of the weights' product: a load with more errors has to explain so much more of chi-square.
+
+    The likelihood of readings has the determinant of their covariance, which grows with the load.
+    """
+    total = 0.0
+    for i in range(room.weight.size):
+        total -= math.log(room.weight[i])
+    return total
+
+
+@compiled(borrows=True)
 def _column(room, column):
     """A column of the covariance of all unknowns, from the factor of the last step, into `right`."""
     x = room.right
