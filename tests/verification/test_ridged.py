@@ -55,13 +55,13 @@ def test_the_wave_is_the_mean_over_all_crests():
 
 def test_beneath_a_wide_contact_it_is_the_memos_share():
     """Pressure on half of the skin, twice as large: to the second power of a pitch over the contact's width."""
-    skin, array = Ridged(HALF, 1.0, 0.0, width=0.5), ss.SensorArray.line(9, pitch=0.25, depth=0.5)
+    skin, array = Ridged(HALF, 1e-3, 0.0, width=0.5e-3), ss.SensorArray.line(9, pitch=0.25e-3, depth=0.5e-3)
     off = []
-    for half in (8.0, 16.0):
+    for half in (8e-3, 16e-3):
         touch = ss.PressureProfile(
             half * np.linspace(-1, 1, 41), 1e3 * np.cos(0.5 * np.pi * np.linspace(-1, 1, 41)) ** 2
         )
-        share = read_ridged(ss.Finger(HALF, array), touch, Ridges(pitch=1.0, shape="square", duty=0.5))
+        share = read_ridged(ss.Finger(HALF, array), touch, Ridges(pitch=1e-3, shape="square", duty=0.5))
         seen = ss.Finger(skin, array).read(touch)
         off.append(np.abs(seen - 2 * share).max() / np.abs(seen).max())
     assert off[0] < 2e-2
