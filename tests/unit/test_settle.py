@@ -154,13 +154,13 @@ def test_other_sensors_of_a_layer_know_tolerances_too(kind: ss.Transducer) -> No
 
 
 def test_what_does_not_count_tolerances_refuses_them() -> None:
-    with pytest.raises(InvalidValueError, match="only `locate` counts them"):
+    with pytest.raises(InvalidValueError, match="`locate` counts them, of lines"):
         drawn(ss.Tolerances(gain=0.02)).fit(np.zeros(16))
     row = drawn_row(ss.Tolerances(gain=0.02))
     for load in ("point", "either"):
-        with pytest.raises(InvalidValueError, match="only `locate` counts them"):
+        with pytest.raises(InvalidValueError, match="`locate` counts them, of lines"):
             replace(row, skin=SKIN).locate(np.zeros(8), load=load)
-    with pytest.raises(InvalidValueError, match="only `locate` counts them"):
+    with pytest.raises(InvalidValueError, match="`locate` counts them, of lines"):
         row.fit(np.zeros(8), "hertz")
     with pytest.raises(InvalidValueError, match="16 sensors"):
         drawn(ss.Tolerances(gain=[0.02, 0.03])).locate(np.zeros(16))

@@ -246,6 +246,18 @@ class TestStick:
         found = slip(estimate(float(touch.normal_force), float(touch.tangential_force)), 0.6)
         assert found.stick * 0.6e-3 == pytest.approx(float(touch.stick_half_width), rel=1e-9)
 
+    def test_two_drags_of_a_row_are_two_loads_and_no_vector(self):
+        skin, body = FINGER.skin, ss.pressing.Cylinder(8e-3)
+        both = stick_zone(skin, body, 30.0, [4.0, 8.0], 0.5)
+        assert both == pytest.approx([float(stick_zone(skin, body, 30.0, drag, 0.5)) for drag in (4.0, 8.0)])
+
+    def test_the_drag_of_a_ball_has_two_components(self):
+        half, ball = ss.HalfSpace(ss.Material(young=0.4e6)), ss.pressing.Sphere(8e-3)
+        turned = stick_zone(half, ball, 1.0, [[0.3, 0.0], [0.0, 0.3]], 0.5)
+        assert turned == pytest.approx(0.4 ** (1 / 3), abs=0.01)
+        with pytest.raises(ss.SubskinError, match="two components"):
+            stick_zone(half, ball, 1.0, 0.3, 0.5)
+
     def test_what_does_not_press_has_none(self):
         skin, body = FINGER.skin, ss.pressing.Cylinder(8e-3)
         found = stick_zone(skin, body, [20.0, 0.0, np.nan, 20.0], [12.0, 0.0, 1.0, np.nan], 0.5)
@@ -259,6 +271,7 @@ class TestStick:
         (lambda: slip(estimate(20.0, 5.0), -0.5), "friction"),
         (lambda: slip(estimate(20.0, 5.0), 0.5, contact="strip"), '"hertz", "line", "punch" or "wedge"'),
         (lambda: slip(estimate(20.0, 5.0), 0.5, skin=FINGER.skin), "needs both"),
+        (lambda: slip(estimate(20.0, 5.0), 0.5, skin=FINGER.skin, indenter=ss.pressing.Sphere(8e-3)), "of a row"),
         (lambda: slip(estimate(20.0, 5.0), 0.5, thresholds=(0.5, 0.1)), "ascending"),
         (lambda: slip(estimate(20.0, 5.0), 0.5, thresholds=0.5), "two probabilities"),
         (lambda: slip(estimate([20.0, 20.0], 5.0), Friction.known([0.4, 0.5, 0.6])), "frictions of shape"),

@@ -231,9 +231,15 @@ def slip(
         seen = f"skin = {skin!r}, indenter = {indenter!r}"
         raise InvalidValueError(seen, "the solver needs both", "skin=finger.skin")
     table = checked(estimate).table
+    on_area = estimate.layout.dim == 2
+    if indenter is not None and isinstance(indenter, LocalIndenter) != on_area:
+        kind, fix = (
+            ("of an area, a body in space", "Sphere") if on_area else ("of a row, a body of the plane", "Cylinder")
+        )
+        raise InvalidValueError(f"indenter = {indenter!r}", f"{kind} is needed", f"ss.pressing.{fix}(radius=8e-3)")
     judged = np.empty((*table.shape[:-1], JUDGED))
     rows, every = judged.reshape(-1, JUDGED), rows_of(mu, estimate.shape)
-    if estimate.layout.dim == 2:
+    if on_area:
         if estimate.layout.twist:
             friction_arm(contact)
         _judge_area(estimate, contact, every, limits, rows)

@@ -24,6 +24,7 @@ from .. import _check
 from .._check import FloatArray
 from .._declared import Real, checked
 from ..contact import families, family_of
+from ..errors import GeometryError
 from ..pressing import Indenter, LocalIndenter, LocalSolution, PressStatus, press
 from ..skin import Skin
 
@@ -211,8 +212,7 @@ def stick_zone(
     skin, indenter
         As in `subskin.press`.
     normal, tangential : array_like, shape (...)
-        Normal and tangential force [N/m]. On an area [N], where the drag is along y, or `tangential` is (..., 2): along
-        y and z.
+        Normal and tangential force [N/m]; of a body in space [N], where `tangential` is (..., 2), along y and z.
     friction : array_like, shape (...)
         Coefficient of friction [-], > 0.
     nodes, window, period, datum, tolerance, max_strain : optional
@@ -227,7 +227,7 @@ def stick_zone(
     Raises
     ------
     InvalidValueError, GeometryError
-        As `subskin.press`.
+        As `subskin.press`; a drag without two components, of a body in space.
 
     Examples
     --------
@@ -240,9 +240,11 @@ def stick_zone(
     (0.71, 0.71)
     """
     n, t, mu = np.asarray(normal), np.asarray(tangential), np.asarray(friction)
-    both = t.ndim > max(n.ndim, mu.ndim) and t.shape[-1] == 2
-    shape = _check.broadcast(normal=n, tangential=t[..., 0] if both else t, friction=mu)
-    drags = np.broadcast_to(t, (*shape, 2)).reshape(-1, 2) if both else np.broadcast_to(t, shape).reshape(-1)
+    if (local := isinstance(indenter, LocalIndenter)) and t.shape[-1:] != (2,):
+        rule = "the drag of a body in space has two components, along y and z"
+        raise GeometryError(f"tangential of shape {t.shape}", rule, "tangential=[0.1, 0.0]")
+    shape = _check.broadcast(normal=n, tangential=t[..., 0] if local else t, friction=mu)
+    drags = np.broadcast_to(t, (*shape, 2)).reshape(-1, 2) if local else np.broadcast_to(t, shape).reshape(-1)
     flat = [np.broadcast_to(v, shape).reshape(-1) for v in (n, mu)]
     options = {"nodes": nodes, "window": window, "period": period, "datum": datum}
     options |= {"tolerance": tolerance, "max_strain": max_strain}
@@ -264,8 +266,7 @@ def _share(
     settled = (PressStatus.OK, PressStatus.SLIDES)
     if pressed.status not in settled:
         return np.nan
-    local = isinstance(pressed, LocalSolution)
-    along: Any = tuple(np.append(drag, 0.0)[:2].tolist()) if local else float(drag)
+    along: Any = drag.tolist() if isinstance(indenter, LocalIndenter) else float(drag)
     dragged: Any = press(skin, body, force=normal, friction=mu, tangential=along, after=pressed)
     if dragged.status not in settled:
         return np.nan

@@ -300,7 +300,12 @@ class Estimate(_Found, FrameTable):
 
     @property
     def half_width_interval(self) -> FloatArray:
-        """95 % interval of the half width [m], shape (..., 2); lopsided near 0, where readings depend on its square."""
+        """95 % interval of the half width [m], shape (..., 2); lopsided near 0, where readings depend on its square.
+
+        NaN where `locate` took a size, or none, for a finger with tolerances: it counts sizes in the covariance alone.
+        """
+        if self.layout.sized:
+            return np.full((*self.shape, 2), np.nan)
         return self._interval(self.layout.wide and not self.layout.aside, self.half_width)
 
     @property

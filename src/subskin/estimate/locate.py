@@ -111,7 +111,7 @@ def locator(
         seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
         raise InvalidValueError(seen, rule, 'SensorArray.grid(...), and fit(readings, "round_hertz", moment=True)')
     if family not in ("line", LineLoad) or normal_force is not None:
-        refuse_tolerances(finger, "anything but the search of a line load of any force")
+        refuse_tolerances(finger, "a search of other contacts, or of a stated force")
     if family == "point" or family == "either":
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
         return _of_points(finger, family, search, beside, others, values)

@@ -22,6 +22,7 @@ from .area.observable import moment_of, refuse_blind
 from .area.search import reach_of, search_of, step_of
 from .area.uncertain import on_area
 from .estimate import Estimate
+from .settle.uncertain import WITHOUT
 
 __all__ = ["area_locator", "moved", "refuse", "refuse_tolerances"]
 
@@ -29,8 +30,8 @@ __all__ = ["area_locator", "moved", "refuse", "refuse_tolerances"]
 def refuse_tolerances(finger: Finger, where: str) -> None:
     """Raise an error where a finger has tolerances that an estimator does not count."""
     if finger.tolerances is not None:
-        fix = "a file without [tolerances], or replace(finger, tolerances=None)"
-        raise InvalidValueError(f"tolerances of a finger in {where}", "only `locate` counts them", fix)
+        rule = "`locate` counts them, of lines on a row and of points on an area"
+        raise InvalidValueError(f"tolerances of a finger in {where}", rule, WITHOUT)
 
 
 def refuse(options: dict[str, Any], rule: str) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..._check import FloatArray
 from ..._compiled import compiled
+from ..area.fall import widest_variance
 from ..cone import eliminate_three, eliminate_two
 from .normal import COMMON, copied, volume_of
 from .variants import STEPS, settle
@@ -42,12 +43,11 @@ def scanning(components, n):
 
 
 @compiled()
-def variance_of(spread, positions, every):
-    """The largest variance of a position; spread: the upper triangle of the covariance of `every` unknown."""
+def variance_of(spread, positions):
+    """The largest variance of a position; spread: the upper triangle of the covariance."""
     if positions == 1:
         return spread[0]
-    yy, yz, zz = spread[0], spread[1], spread[every]
-    return 0.5 * (yy + zz) + math.hypot(0.5 * (yy - zz), yz)
+    return widest_variance(spread)
 
 
 @compiled(borrows=True)
@@ -157,7 +157,7 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
     told, at, table, weight, best = case.told, case.told.columns, case.variants.table, room.weight, scan.best
     positions, every = room.at.size, room.at.size + room.load.size
     spread = row[at.covariance : at.residual]
-    reach = max(6.0 * math.sqrt(variance_of(spread, positions, every)), 5.0 * told.apart)
+    reach = max(6.0 * math.sqrt(variance_of(spread, positions)), 5.0 * told.apart)
     enough, common = row[at.residual] + told.ambiguity, room.rows.shape[0] - every - 1
     total, slack = _whiten(w, room, scan.along), math.inf if sized and w.size <= every + FEW_SPARE else _SLACK
     for e in range(_FEW):

@@ -25,7 +25,7 @@ _LOOKED_AT = np.array([0.1, 1.0])
 """Squares of half widths that are tried before readings are taken to change in proportion to the square."""
 _SEEN = 120.0
 """Least chi-square of the readings of a frame that is scaled: less is no contact."""
-_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED = 0.0, 1.0, 2.0, 3.0
+_OK, _AMBIGUOUS, _UNEXPLAINED = 0.0, 1.0, 3.0
 
 
 @compiled(borrows=True)
@@ -198,10 +198,8 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
     n, positions, components, at = readings.shape[1], nodes.shape[1], fields.shape[1], told.columns
     every = positions + components
     common = COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
-    room, other = (
-        room_of(positions, components, common, errors.ratios, n),
-        room_of(positions, components, common, errors.ratios, n),
-    )
+    room = room_of(positions, components, common, errors.ratios, n)
+    other = room_of(positions, components, common, errors.ratios, n)
     third, scan = room_of(positions, components, common, errors.ratios, n), scanning(components, n)
     numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), components * (1 + positions)
     case = SettlingCase(
@@ -257,7 +255,7 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
             _put(other, row, at.rival)
             more_errors = 0.0 if exact else volume_of(other) - volume_of(room)
             row[at.rival_chi2] = max(worse - left + more_errors, 0.0)
-        known = math.sqrt(variance_of(spread, positions, every)) < 2.0 * _WIDE * told.longest
+        known = math.sqrt(variance_of(spread, positions)) < 2.0 * _WIDE * told.longest
         open_ = not known or row[at.rival_chi2] < told.ambiguity or _direction_open(room, spread)
         for j in range(positions):
             margin = 2.0 * told.apart

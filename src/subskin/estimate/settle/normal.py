@@ -154,8 +154,8 @@ def bound(room, row, aim):
 def stepped(room, friction, sized):
     """Solve for the next step of a frame whose rows are laid out, within the cone; the chi-square left.
 
-    sized: whether q is free; without, its prior holds it at 0. Negative where there is no step. Of a Poisson's ratio at
-    an end of what ratios may be the covariance is that of a free one: it may yet be off the end.
+    sized: whether q is free; without, its prior holds it where it is. Negative where there is no step. Of a Poisson's
+    ratio at an end of what ratios may be the covariance is that of a free one: it may yet be off the end.
     """
     positions, components = room.at.size, room.load.size
     first, q = positions, positions + components

@@ -11,7 +11,7 @@ from ...finger import Finger
 from ...response import Response
 from ..frames import packed
 from .given import Variants
-from .uncertain import POWERS, SQUARES, Uncertain, deeper_than, other_than
+from .uncertain import POWERS, SQUARES, WITHOUT, Uncertain, deeper_than, other_than
 
 __all__ = ["on_row"]
 
@@ -29,7 +29,7 @@ def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool) -> Uncerta
         return None
     if finger.skin.ridges is not None:
         rule = "readings of a ridged skin are not smooth in what is not known"
-        raise InvalidValueError("tolerances of a finger with ridges", rule, "replace(finger, tolerances=None)")
+        raise InvalidValueError("tolerances of a finger with ridges", rule, WITHOUT)
     deeper, (other, ratios), widest = deeper_than(finger), other_than(finger), float(depth.min())
     wide = Response.of(finger, Hertz, ends, widest) if sized else None
 

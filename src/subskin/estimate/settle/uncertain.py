@@ -19,8 +19,10 @@ from ..estimate import Status
 from ..layout import Layout
 from .given import Errors, SettledColumns, Settling, Variants
 
-__all__ = ["POWERS", "SQUARES", "Uncertain", "deeper_than", "fill_settled", "in_doubt", "other_than"]
+__all__ = ["POWERS", "SQUARES", "WITHOUT", "Uncertain", "deeper_than", "fill_settled", "in_doubt", "other_than"]
 
+WITHOUT = "a file without [tolerances], or replace(finger, tolerances=None)"
+"""What to do where tolerances are not counted."""
 SQUARES = np.array([0.15, 0.4, 0.7, 1.0])
 """Squares of the half widths at which readings are compared, in those of the largest."""
 POWERS = np.linalg.inv(SQUARES[:, None] ** (1 + np.arange(SQUARES.size)))
@@ -28,8 +30,6 @@ POWERS = np.linalg.inv(SQUARES[:, None] ** (1 + np.arange(SQUARES.size)))
 _NODES, _AREA_NODES, _SHIFT = 41, 9, 1e-4
 """Positions between the sensors at which errors are compared, on a row and along each side of an area; and the shift by
 which slopes are told [depths]."""
-
-
 _NOTHING = 0.05
 """Doubts less than this, of the noise, change no standard error by more than about a thousandth."""
 
@@ -92,7 +92,6 @@ class Uncertain(Frozen):
             ratios=np.array(self.ratios),
         )  # fmt: skip
         share, sized = self._shares([_reads(one, noise) for one in every], at, errors, array)
-        columns = SettledColumns(*(getattr(layout, name) for name in SettledColumns._fields))
         columns = SettledColumns(*(getattr(layout, name) for name in SettledColumns._fields))
         settling = Settling(
             widest=self.widest, longest=0.5 * float(depth.min()), level=float((errors.still**2).mean()), share=share,
