@@ -49,6 +49,11 @@ def settled_on_area() -> None:
     told.locate(tip.read(ss.PointLoad(force=[1.0, 2.0])))
 
 
+def several_on_area() -> None:
+    tip = pad()
+    tip.locate(tip.read(ss.PointLoad(force=[1.0, 2.0])), touches=2)
+
+
 def settled_on_row() -> None:
     drawn = finger()
     told = ss.Finger(drawn.skin, drawn.array, tolerances=ss.Tolerances(gain=0.02, depth=0.05, poisson=0.05))
@@ -133,7 +138,19 @@ def streams() -> None:
 
 JOBS = (  # longest first
     *(image, image_of_a_free_drag, a_kind_of_each, round_on_area, in_place, pressing_on_area),
-    *(area, settled_on_area, settled_on_row, line, doubted, placement, pressure, placement_on_area, pressing, streams),
+    *(
+        area,
+        settled_on_area,
+        several_on_area,
+        settled_on_row,
+        line,
+        doubted,
+        placement,
+        pressure,
+        placement_on_area,
+        pressing,
+        streams,
+    ),
 )
 
 

@@ -190,3 +190,61 @@ def test_tolerances_of_each_sensor() -> None:
     found = finger.locate(made.read(ss.PointLoad(**touch), rng))
     assert found.ok.mean() > 0.95
     assert (np.hypot(*(found.position - touch["position"]).T)[found.ok] < 0.3 * DEPTH).all()
+
+
+@pytest.mark.parametrize("what", ["gain", "depth"])
+def test_an_error_in_common_is_settled_as_a_search_over_all_unknowns_has_it(what: str) -> None:
+    """By an independent route: least squares in position, force and the error, with its prior as one reading more."""
+    from scipy.optimize import least_squares
+
+    each = np.where(np.arange(16) % 3 == 0, 0.1, 0.0) if what == "gain" else 0.05
+    told = ss.Tolerances(common=1.0, **{what: each})
+    finger = drawn(told, noise=1e-2)
+    exact, noise = replace(finger, tolerances=None), np.asarray(finger.array.noise)
+    changed = {"gain": 1 + each} if what == "gain" else {"depth": DEPTH * (1 + each)}
+    off = replace(exact, array=replace(exact.array, **changed))
+    rng = np.random.default_rng(8)
+    touch = touches(rng, 8)
+    readings = exact.read(ss.PointLoad(**touch)) + 1.5 * (
+        off.read(ss.PointLoad(**touch)) - exact.read(ss.PointLoad(**touch))
+    )
+    readings += rng.normal(0, noise, readings.shape)
+    found = finger.locate(readings, load="point")
+    assert found.ok.sum() > 5
+
+    def rest(x: np.ndarray, frame: np.ndarray) -> np.ndarray:
+        load = ss.PointLoad(position=1e-3 * x[:2], components=x[2:5])
+        base = exact.read(load)
+        return np.append((frame - base - x[5] * (off.read(load) - base)) / noise, x[5])
+
+    for f in np.flatnonzero(found.ok):
+        start = np.concatenate([1e3 * touch["position"][f], touch["components"][f], [0.0]])
+        best = least_squares(rest, start, args=(readings[f],), xtol=1e-12, ftol=1e-12)
+        assert found.residual[f] == pytest.approx(2 * best.cost, rel=0.01, abs=0.05)
+        std = np.sqrt(np.diagonal(found.load.covariance[f]))
+        assert (np.abs(found.position[f] - 1e-3 * best.x[:2]) < 0.1 * std[:2]).all()
+        assert (np.abs(found.load.components[f] - best.x[2:5]) < 0.1 * std[2:]).all()
+
+
+def test_four_sensors_answer_because_a_rival_pays_for_its_larger_errors() -> None:
+    told = ss.Tolerances(gain=0.02, depth=0.05, position=0.05, poisson=0.05, offset=0.01 * PEAK)
+    array = ss.SensorArray.line(count=4, pitch=0.75 * DEPTH, depth=DEPTH, noise=1e-3 * PEAK)
+    finger, rng, ok = (
+        ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array, tolerances=told),
+        np.random.default_rng(1),
+        [],
+    )
+    for _ in range(20):
+        touch = lines(rng, 40) | {"position": rng.uniform(-1.1, 1.1, 40) * DEPTH}
+        ok.append(finger.locate(ss.Finger(*told.draw(finger.skin, array, rng)).read(ss.LineLoad(**touch), rng)).ok)
+    assert np.mean(ok) > 0.68  # without the determinant of the errors 0.64
+
+
+@pytest.mark.parametrize(("best", "deviation"), [(0.3, 0.1), (-0.5, 0.3), (1.4, 0.5), (0.5, 2.0), (-3.0, 0.2)])
+def test_the_mean_square_of_what_is_cut_to_a_stretch(best: float, deviation: float) -> None:
+    from scipy.stats import truncnorm
+
+    from subskin.estimate.settle.normal import second_moment
+
+    own = truncnorm((0 - best) / deviation, (1 - best) / deviation, loc=best, scale=deviation)
+    assert second_moment(best, deviation) == pytest.approx(own.var() + own.mean() ** 2, rel=0.05)

@@ -6,6 +6,7 @@ from .layout import Layout
 from .locate import fit, locate, locator
 from .pressure import ImageMapper, PressureImage, PressureMap, PressureMapper, pressure_map
 from .search import Locator
+from .several import TouchSet
 from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "Rival",
     "SideAngle",
     "Status",
+    "TouchSet",
     "blind_depth",
     "fit",
     "locate",

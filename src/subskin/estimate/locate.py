@@ -17,9 +17,10 @@ from ..response import Response, tabulate
 from .area import AreaLocator, InPlaceLocator
 from .beside import Either, EitherLocator, PointLocator, farthest_beside, points_beside
 from .estimate import Estimate
-from .on_area import area_locator, refuse, refuse_tolerances
+from .on_area import area_locator, refuse, refuse_tolerances, several_locator
 from .search import Locator, beyond, reached
 from .settle.row import on_row
+from .several import TouchSet, checked_touches
 from .stick_locator import StickLocator, checked_stick
 
 __all__ = ["fit", "locate", "locator"]
@@ -181,6 +182,15 @@ def _of_points(
 def locate(finger: Finger, readings: npt.ArrayLike, *, load: Literal["either"], **options: Any) -> Either: ...
 @overload
 def locate(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    *,
+    touches: Literal[2, 3],
+    load: Literal["point"] | None = None,
+    **options: Any,
+) -> TouchSet: ...
+@overload
+def locate(
     finger: Finger, readings: npt.ArrayLike, *, load: Literal["line", "point"] | None = None, **options: Any
 ) -> Estimate: ...
 
@@ -199,8 +209,9 @@ def locate(
     ambiguity: float = 13.8,
     outliers: int = 0,
     doubt: npt.ArrayLike | None = None,
+    touches: int = 1,
     **_unknown: Never,
-) -> Estimate | Either:
+) -> Estimate | Either | TouchSet:
     """Where, how hard and at what angle a line load presses; as `finger.locate(readings)` too.
 
     Where the sensors are on an area it is a point load, at (y, z) [m], with components (N, Ty, Tz) [N]. A row takes
@@ -226,11 +237,14 @@ def locate(
         As in `locator`.
     doubt : array_like, shape (..., n), optional
         Standard deviation of each reading beside the sensor's noise [reading], as in `Locator`: that of `Tared`, where
-        a touch was held. Not of an area's response measured in place.
+        a touch was held. Not of an area's response measured in place, nor with several touches.
+    touches : int, optional
+        The most touches at once, up to 3, on an area; from 2 on the answer is a `TouchSet`, with the number of
+        touches by evidence, and each of them as a point load.
 
     Returns
     -------
-    Estimate or Either
+    Estimate or Either or TouchSet
         Position [m], force [N/m], angle [rad], covariance, rival, residual and status, each of shape (...). On an area
         position (..., 2), force [N], `load.components` (..., 3), `load.covariance` (..., 5, 5).
 
@@ -257,12 +271,18 @@ def locate(
     finger_needed(finger)
     if _unknown:
         _check.no_options(
-            _unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT), "doubt"])
+            _unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT), "doubt", "touches"])
         )
     if load is not None:
         _check.choice("load", load, ("line", "point", "either"))
     if load == "line":
         finger.array.refuse_area()
+    if checked_touches(touches) > 1:
+        refuse({"beside": beside, "normal_force": normal_force, "doubt": doubt}, "several touches know no such option")
+        values: dict[str, Any] = _check.values(
+            friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
+        )
+        return several_locator(finger, int(touches), search, values)(readings)
     family = LineLoad if load == "line" else load or "line"
     search_with = _quick(
         finger, family, search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,

@@ -20,11 +20,12 @@ from ..radial_round import tabulate_round
 from .area import AreaLocator, InPlaceLocator, RoundLocator
 from .area.observable import moment_of, refuse_blind
 from .area.search import reach_of, search_of, step_of
-from .area.uncertain import on_area
+from .area.uncertain import exactly, on_area
 from .estimate import Estimate
 from .settle.uncertain import WITHOUT
+from .several import SeveralLocator
 
-__all__ = ["area_locator", "moved", "refuse", "refuse_tolerances"]
+__all__ = ["area_locator", "moved", "refuse", "refuse_tolerances", "several_locator"]
 
 
 def refuse_tolerances(finger: Finger, where: str) -> None:
@@ -85,6 +86,29 @@ def area_locator(
     return prepared(finger).get(
         ("area", kind, sized, tuple(box.reshape(-1)), beyond, widths, moment, *values.values()), make
     )
+
+
+def several_locator(finger: Finger, most: int, search: Any, values: dict[str, Any]) -> SeveralLocator:
+    """The locator of up to so many point loads at once."""
+    fix = "touches=1"
+    if not finger.array.on_area:
+        raise InvalidValueError(f"touches = {most} on a row", "sensors on an area are needed", fix)
+    if finger.measured is not None:
+        raise InvalidValueError(f"touches = {most} by a response measured in place", "it knows one touch alone", fix)
+    if values["outliers"]:
+        raise InvalidValueError(f"outliers with touches = {most}", "one of both is looked for", "outliers=0")
+    refuse_blind(finger)
+    box, beyond = search_of(finger.array, search)
+
+    def make() -> SeveralLocator:
+        step_of(finger.array, box, values["scan_step"])
+        (y, z), reach = (tuple(ends) for ends in box.tolist()), reach_of(finger.array, box, beyond)
+        points = tabulate_radial(finger, reach)
+        uncertain = on_area(finger, points, reach, sized=False) or exactly(points)
+        one = AreaLocator(points, finger.array, (y, z), beyond=beyond, uncertain=uncertain, **values)
+        return SeveralLocator(one, most).allow_for(finger, float(values["friction"]))
+
+    return prepared(finger).get(("several", most, tuple(box.reshape(-1)), beyond, *values.values()), make)
 
 
 def _in_place(

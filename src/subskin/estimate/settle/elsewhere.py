@@ -11,18 +11,19 @@ from ..._check import FloatArray
 from ..._compiled import compiled
 from ..area.fall import widest_variance
 from ..cone import eliminate_three, eliminate_two
-from .normal import COMMON, copied, volume_of
+from .normal import NONE, copied, volume_of
 from .variants import STEPS, settle
 
-_FEW, _SLACK = 4, 30.0
+FEW, _SLACK = 4, 30.0
 """Nodes that are climbed; and how much a node may leave more than the load near it."""
 FEW_SPARE = 2
 """Spare readings up to which a touch of some size may read like a load without one that is far from it."""
 
 
 class Scanning(NamedTuple):
-    """Scratch: along (errors, n + 1): those in common, and what each takes of the readings; part (n,); g (F, F), b,
-    taken (F,): normal equations of a node; best (few, 2): what the best nodes leave, and which these are.
+    """Scratch: along (lines, n + 1): errors in common, and what each takes of the readings; part (n,); g (F, F), b,
+    taken (F,): normal equations of a node; force (F,): its best load; best (few, 2): what the best nodes leave, and
+    which these are.
     """
 
     along: FloatArray
@@ -30,16 +31,17 @@ class Scanning(NamedTuple):
     g: FloatArray
     b: FloatArray
     taken: FloatArray
+    force: FloatArray
     best: FloatArray
 
 
 @compiled()
-def scanning(components, n):
-    """Scratch for so many components and sensors."""
-    g = np.empty((components, components))
+def scanning(components, n, lines):
+    """Scratch for so many components, sensors, and errors in common and components of other loads."""
     return Scanning(
-        np.empty((COMMON, n + 1)), np.empty(n), g, np.empty(components), np.empty(components), np.empty((_FEW, 2))
-    )
+        np.empty((lines, n + 1)), np.empty(n), np.empty((components, components)), np.empty(components),
+        np.empty(components), np.empty(components), np.empty((FEW, 2)),
+    )  # fmt: skip
 
 
 @compiled()
@@ -51,50 +53,61 @@ def variance_of(spread, positions):
 
 
 @compiled(borrows=True)
-def _explained(table, g, b, friction):
-    """What the best load within the cone explains, by its normal equations; the upper triangle of g."""
+def _explained(table, g, b, friction, force):
+    """What the best load within the cone, `force`, explains by its normal equations; g: the upper triangle."""
     if table.ndim == 5:
-        _, _, explained, _, _, _, _ = eliminate_two(g[0, 0], g[0, 1], g[1, 1], b[0], b[1], friction, 0.0, math.inf)
+        force[0], force[1], explained, _, _, _, _ = eliminate_two(
+            g[0, 0], g[0, 1], g[1, 1], b[0], b[1], friction, 0.0, math.inf
+        )
     else:
-        _, _, _, explained, _, _, _, _, _, _, _ = eliminate_three(
+        force[0], force[1], force[2], explained, _, _, _, _, _, _, _ = eliminate_three(
             g[0, 0], g[0, 1], g[0, 2], g[1, 1], g[1, 2], g[2, 2], b[0], b[1], b[2], friction
         )
     return explained
 
 
 @compiled(borrows=True)
-def _whiten(w, room, along):
+def whiten(w, room, loads, along):
     """C^-1 = W - V V^T: fill V with the errors in common, one after the other; what is left of the readings by C^-1.
 
-    along (errors, n + 1): V, and what each takes of the readings.
+    loads: V has the components of the loads of `room` as well, of which nothing is known. along (lines, n + 1): V, and
+    what each takes of the readings. Returns how many these are, too.
     """
-    n, weight, first = w.size, room.weight, room.at.size + room.load.size + 1
-    total = 0.0
+    n, weight, first = w.size, room.weight, room.at.size
+    size_row, total, count = first + room.load.size, 0.0, 0
     for i in range(n):
         total += w[i] * w[i] * weight[i]
-    for e in range(room.rows.shape[0] - first):
-        row, size, taken = room.rows[first + e], 1.0, 0.0
+    for e in range(first if loads else size_row + 1, room.rows.shape[0]):
+        if e == size_row:
+            continue
+        row, size, taken = room.rows[e], 0.0, 0.0
         for i in range(n):
-            along[e, i] = weight[i] * row[i]
-        for d in range(e):
+            along[count, i] = weight[i] * row[i]
+            size += along[count, i] * row[i]
+        least = 0.0 if e > size_row else 1e-9 * size
+        size = 1.0 if e > size_row else 0.0
+        for d in range(count):
             both = 0.0
             for i in range(n):
                 both += along[d, i] * row[i]
             for i in range(n):
-                along[e, i] -= both * along[d, i]
+                along[count, i] -= both * along[d, i]
         for i in range(n):
-            size += along[e, i] * row[i]
+            size += along[count, i] * row[i]
+        if not size > least:
+            continue
         for i in range(n):
-            along[e, i] /= math.sqrt(size)
-            taken += along[e, i] * w[i]
-        along[e, n] = taken
+            along[count, i] /= math.sqrt(size)
+            taken += along[count, i] * w[i]
+        along[count, n] = taken
         total -= taken * taken
-    return total
+        count += 1
+    return total, count
 
 
 @compiled(borrows=True)
-def _taken_at(field, weight, w, common, friction, table, scan):
-    """What the best load at a node explains by its `field` (F, n); scan: with the errors in common in `along`."""
+def taken_at(field, weight, w, common, friction, table, scan):
+    """What the best load at a node, `scan.force`, explains by its `field` (F, n); `common` lines of `scan` are free."""
     n, components, g, b = w.size, field.shape[0], scan.g, scan.b
     for c in range(components):
         b[c] = 0.0
@@ -115,11 +128,11 @@ def _taken_at(field, weight, w, common, friction, table, scan):
             b[c] -= total * scan.along[e, n]
             for d in range(c + 1):
                 g[d, c] -= total * scan.taken[d]
-    return _explained(table, g, b, friction)
+    return _explained(table, g, b, friction, scan.force)
 
 
 @compiled(borrows=True)
-def _distance(one, other, positions):
+def distance(one, other, positions):
     """Between positions, the first of what `one` and `other` hold."""
     total = 0.0
     for j in range(positions):
@@ -128,18 +141,18 @@ def _distance(one, other, positions):
 
 
 @compiled(borrows=True)
-def _rank(nodes, p, left, near, best):
+def rank_node(nodes, p, left, near, best):
     """Take up node p, which leaves so much, among the best, of which no two are near each other."""
     rank = 0
-    while rank < _FEW and best[rank, 0] <= left:
-        if _distance(nodes[p], nodes[int(best[rank, 1])], nodes.shape[1]) < near:
+    while rank < FEW and best[rank, 0] <= left:
+        if distance(nodes[p], nodes[int(best[rank, 1])], nodes.shape[1]) < near:
             return
         rank += 1
-    if rank == _FEW:
+    if rank == FEW:
         return
     last = rank
-    while last < _FEW - 1 and (
-        best[last, 1] < 0.0 or _distance(nodes[p], nodes[int(best[last, 1])], nodes.shape[1]) >= near
+    while last < FEW - 1 and (
+        best[last, 1] < 0.0 or distance(nodes[p], nodes[int(best[last, 1])], nodes.shape[1]) >= near
     ):
         last += 1
     for e in range(last, rank, -1):
@@ -158,21 +171,21 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
     positions, every = room.at.size, room.at.size + room.load.size
     spread = row[at.covariance : at.residual]
     reach = max(6.0 * math.sqrt(variance_of(spread, positions)), 5.0 * told.apart)
-    enough, common = row[at.residual] + told.ambiguity, room.rows.shape[0] - every - 1
-    total, slack = _whiten(w, room, scan.along), math.inf if sized and w.size <= every + FEW_SPARE else _SLACK
-    for e in range(_FEW):
+    enough, (total, common) = row[at.residual] + told.ambiguity, whiten(w, room, False, scan.along)
+    slack = math.inf if sized and w.size <= every + FEW_SPARE else _SLACK
+    for e in range(FEW):
         best[e, 0], best[e, 1] = math.inf, -1.0
     for p in range(nodes.shape[0]):
-        if _distance(nodes[p], row, positions) < reach:
+        if distance(nodes[p], row, positions) < reach:
             continue
-        left = total - _taken_at(fields[p], weight, w, common, told.friction, table, scan)
+        left = total - taken_at(fields[p], weight, w, common, told.friction, table, scan)
         if left < enough + slack:
-            _rank(nodes, p, left, told.longest, best)
+            rank_node(nodes, p, left, told.longest, best)
     enough += volume_of(room)
     force = 0.0
     for c in range(room.load.size):
         force += room.load[c] ** 2
-    for e in range(_FEW):
+    for e in range(FEW):
         p = int(best[e, 1])
         if p < 0:
             break
@@ -180,7 +193,7 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
         other.load[:], other.size[0] = 0.0, 0.0
         other.shared[:] = 0.0
         other.load[0] = math.sqrt(force)
-        left = settle(w, case, told.beyond, sized, STEPS, other)
-        if left < math.inf and left + volume_of(other) < enough and _distance(other.at, row, positions) > reach:
+        left = settle(w, case, told.beyond, sized, STEPS, NONE, other)
+        if left < math.inf and left + volume_of(other) < enough and distance(other.at, row, positions) > reach:
             return True
     return False

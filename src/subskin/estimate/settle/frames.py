@@ -10,7 +10,7 @@ from ..._compiled import compiled
 from ..area.point import ROWS
 from .elsewhere import FEW_SPARE, elsewhere, scanning, variance_of
 from .given import Errors
-from .normal import COMMON, copied, room_of, second_moment, size_of, spread_of, stepped, volume_of
+from .normal import COMMON, NONE, copied, room_of, second_moment, size_of, spread_of, stepped, volume_of
 from .variants import STEPS, SettlingCase, lay_out, settle
 
 _TAKEN, _NARROW, _FAR, _WIDE = 16.0, 0.05, 40.0, 0.2
@@ -84,7 +84,7 @@ def _profiled(w, case, base, room, tried, out):
     tried[:, last] = math.inf
     for k in range(_HALF_WIDTHS.size):
         room.size[0] = _HALF_WIDTHS[k] ** 2
-        left = settle(w, case, case.told.box, False, _PROFILED, room)
+        left = settle(w, case, case.told.box, False, _PROFILED, NONE, room)
         tried[k, last], lowest = left, min(left, lowest)
         for j in range(positions):
             tried[k, j] = room.at[j] - base.at[j]
@@ -121,7 +121,7 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
     told, only, begin = case.told, sized, 0.0
     if not sized:  # to first order, what a size would explain
         lay_out(w, case, True, room)
-        stepped(room, told.friction, True)
+        stepped(room, told.friction, room.load.size, True, NONE)
         best, deviation = size_of(room, moves)
         if left <= told.largest and not best > 4.0 * deviation and deviation < _NARROW:
             for q in _LOOKED_AT:  # readings may bend back to where a larger touch explains them too
@@ -129,24 +129,24 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
                 _as_it_is(room, third)
                 third.size[0] = q
                 if (
-                    settle(w, case, told.box, False, 1, third) <= left + 4.0 * _FAR
-                    and settle(w, case, told.box, False, STEPS, third) <= left + _FAR
+                    settle(w, case, told.box, False, 1, NONE, third) <= left + 4.0 * _FAR
+                    and settle(w, case, told.box, False, STEPS, NONE, third) <= left + _FAR
                 ):
                     break
                 begin = 0.0
             if begin == 0.0:
                 _add_products(moves, second_moment(best, deviation), more)
                 lay_out(w, case, False, room)
-                stepped(room, told.friction, False)
+                stepped(room, told.friction, room.load.size, False, NONE)
                 return left, worse, False
     if begin == 0.0:
         _as_it_is(room, third)
-    found = left if only else settle(w, case, told.box, True, STEPS, third)
+    found = left if only else settle(w, case, told.box, True, STEPS, NONE, third)
     if not only and (found < left - _TAKEN or not left <= told.largest):
         left, sized = found, True
         _as_it_is(third, room)
         if worse < math.inf:
-            worse = min(worse, settle(w, case, told.box, True, STEPS, other))
+            worse = min(worse, settle(w, case, told.box, True, STEPS, NONE, other))
     elif not only and found < left + _FAR:
         for j in range(room.at.size):
             moves[j] = third.at[j] - room.at[j]
@@ -154,14 +154,14 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
             moves[room.at.size + c] = third.load[c] - room.load[c]
         _add_products(moves, 1.0 / (1.0 + math.exp(0.5 * (found - left))), more)
     lay_out(w, case, True, room)
-    stepped(room, told.friction, sized)
+    stepped(room, told.friction, room.load.size, sized, NONE)
     deviation = 1.0
     if sized and 0.0 < room.size[0] < 1.0:
         _, deviation = size_of(room, moves)
     if deviation > _NARROW:
         _profiled(w, case, room, third, tried, more)
         lay_out(w, case, False, room)
-        stepped(room, told.friction, False)
+        stepped(room, told.friction, room.load.size, False, NONE)
     return left, worse, sized
 
 
@@ -200,7 +200,7 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
     common = COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
     room = room_of(positions, components, common, errors.ratios, n)
     other = room_of(positions, components, common, errors.ratios, n)
-    third, scan = room_of(positions, components, common, errors.ratios, n), scanning(components, n)
+    third, scan = room_of(positions, components, common, errors.ratios, n), scanning(components, n, COMMON)
     numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), components * (1 + positions)
     case = SettlingCase(
         variants, errors, told, numbers, numbers.view(np.int64), np.empty((fill, n)), np.empty((fill, n)), np.empty(n)
@@ -226,9 +226,9 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
         if exact:
             left, worse = row[at.residual], row[at.residual] + row[at.rival_chi2]
         else:
-            left = settle(w, case, told.box, sized, STEPS, room)
+            left = settle(w, case, told.box, sized, STEPS, NONE, room)
             if rival:
-                worse = settle(w, case, told.box, sized, STEPS, other)
+                worse = settle(w, case, told.box, sized, STEPS, NONE, other)
                 apart = 0.0
                 for j in range(positions):
                     apart += (other.at[j] - room.at[j]) ** 2

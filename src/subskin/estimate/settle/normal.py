@@ -18,6 +18,8 @@ from ..._compiled import compiled
 
 COMMON = 3
 """Errors that sensors may have in common: of gain, of depth, of Poisson's ratio."""
+NONE, ALL = -1, -2
+"""Coordinates of positions that a step holds where they are."""
 _FIXED = 1e12
 """Weight of what is as good as exact."""
 
@@ -151,21 +153,24 @@ def bound(room, row, aim):
 
 
 @compiled(borrows=True)
-def stepped(room, friction, sized):
+def stepped(room, friction, forces, sized, held):
     """Solve for the next step of a frame whose rows are laid out, within the cone; the chi-square left.
 
-    sized: whether q is free; without, its prior holds it where it is. Negative where there is no step. Of a Poisson's
-    ratio at an end of what ratios may be the covariance is that of a free one: it may yet be off the end.
+    forces: components of each load; sized: whether q is free; without, its prior holds it where it is; held: the
+    coordinate of which that is so too, `ALL` or `NONE`. Negative where there is no step. Of a Poisson's ratio at an end
+    of what ratios may be the covariance is that of a free one: it may yet be off the end.
     """
     positions, components = room.at.size, room.load.size
     first, q = positions, positions + components
     for j in range(room.prior.size):
-        room.prior[j] = 1.0 if j > q else 0.0
+        room.prior[j] = 1.0 if j > q else _FIXED * 1e6 if j == held or (j < positions and held == ALL) else 0.0
     if not sized:
         room.prior[q] = _FIXED * 1e6
     _normal(room)
     if friction == 0.0:
-        for c in range(1, components):
+        for c in range(components):
+            if c % forces == 0:
+                continue
             room.cone[:] = 0.0
             room.cone[first + c] = 1.0 / room.scale[first + c]
             bound(room, room.cone, -room.load[c] / room.scale[first + c])
@@ -178,23 +183,23 @@ def stepped(room, friction, sized):
         bound(room, room.cone, ((0.0 if room.size[0] + x[q] < 0.0 else 1.0) - room.size[0]) / room.scale[q])
         if not _solved(room):
             return -1.0
-    drag = 0.0
-    for c in range(1, components):
-        drag += (room.load[c] + x[first + c]) ** 2
-    drag = math.sqrt(drag)
-    normal = room.load[0] + x[first]
-    if 0.0 < friction < math.inf and drag > friction * normal:
-        room.cone[:] = 0.0
-        unit = room.scale[first]
-        room.cone[first] = -friction / unit
-        aim = friction * room.load[0] / unit
-        for c in range(1, components):
-            share = (room.load[c] + x[first + c]) / drag
-            room.cone[first + c] = share / unit
-            aim -= share * room.load[c] / unit
-        bound(room, room.cone, aim)
-        if not _solved(room):
-            return -1.0
+    for begin in range(0, components if 0.0 < friction < math.inf else 0, forces):
+        drag, at = 0.0, first + begin
+        for c in range(1, forces):
+            drag += (room.load[begin + c] + x[at + c]) ** 2
+        drag = math.sqrt(drag)
+        if drag > friction * (room.load[begin] + x[at]):
+            room.cone[:] = 0.0
+            unit = room.scale[at]
+            room.cone[at] = -friction / unit
+            aim = friction * room.load[begin] / unit
+            for c in range(1, forces):
+                share = (room.load[begin + c] + x[at + c]) / drag
+                room.cone[at + c] = share / unit
+                aim -= share * room.load[begin + c] / unit
+            bound(room, room.cone, aim)
+            if not _solved(room):
+                return -1.0
     n, m = room.rest.size, x.size
     if room.shared.size == COMMON:
         ratio, low, high = room.shared[COMMON - 1] + x[m - 1], room.ratios[0], room.ratios[1]

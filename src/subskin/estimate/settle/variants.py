@@ -1,6 +1,6 @@
-"""Compiled: readings of a load, or of a touch of some size, by fingers that are not quite their drawing.
+"""Compiled: readings of loads, or of a touch of some size, by fingers that are not quite their drawing.
 
-A line load on a row, a point load on an area: the table says which.
+Line loads on a row, point loads on an area: the table says which. As many press at once as the state has positions for.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..._compiled import compiled
 from ..area.point import Point, PointModel, point_field, read
 from ..kinds import Along, Line, line_at, line_read
 from .given import Errors, Settling, Variants
-from .normal import copied, stepped
+from .normal import copied, stepped, volume_of
 
 STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
 """The most steps as a rule, and the change of chi-square, and the share of it, below which the last was enough."""
@@ -75,47 +75,52 @@ def _combine(share, fields, other, others):
 @compiled(borrows=True)
 def lay_out(w, case, sized, room):
     """Rows, weights and rest of the readings at the state of `room`; sized: with slopes in q."""
-    made, errors, at, load, rows = case.variants, case.errors, room.at, room.load, room.rows
-    here, there, changed, q = case.here, case.there, case.changed, room.size[0]
-    positions, components, n = at.size, load.size, w.size
+    made, errors, rows, q, n = case.variants, case.errors, room.rows, room.size[0], w.size
+    here, there, changed, dim = case.here, case.there, case.changed, case.told.box.size // 2
+    forces, positions, components = dim + 1, room.at.size, room.load.size
     by_q = positions + components
     common = by_q + 1
     rows[:] = 0.0
     changed[:] = 0.0
-    _fill(made.table, case, 0, at, here)
-    if made.deeper >= 0:
-        _fill(made.table, case, made.deeper, at, there)
-        _add(there, 0, load, 1.0, changed)
-        _add(here, 0, load, -1.0, changed)
-        if common + 1 < rows.shape[0]:
-            deep = errors.common * room.shared[1]
-            _combine(1.0 - deep, here, deep, there)
-    if made.other >= 0:
-        _fill(made.table, case, made.other, at, there)
-        _add(there, 0, load, 1.0, rows[common + 2])
-        _combine(1.0, here, room.shared[2], there)
-    power = 1.0
-    for k in range(made.table.shape[0] - made.sizes if made.sizes >= 0 and (sized or q > 0.0) else 0):
-        _fill(made.table, case, made.sizes + k, at, there)
-        _add(there, 0, load, (k + 1) * power, rows[by_q])
-        power *= q
-        if power == 0.0:
-            break
-        _combine(1.0, here, power, there)
-    for i in range(n if common < rows.shape[0] else 0):
-        gain = 1.0 + errors.common * room.shared[0] * errors.gain[i]
-        for r in range(here.shape[0]):
-            here[r, i] *= gain
-    for j in range(positions):
-        _add(here, components * (1 + j), load, 1.0, rows[j])
-    for c in range(components):
-        copied(here[c], rows[positions + c])
     copied(w, room.rest)
-    _add(here, 0, load, -1.0, room.rest)
+    for t in range(positions // dim):
+        at, load = room.at[t * dim : (t + 1) * dim], room.load[t * forces : (t + 1) * forces]
+        _fill(made.table, case, 0, at, here)
+        if made.deeper >= 0:
+            _fill(made.table, case, made.deeper, at, there)
+            _add(there, 0, load, 1.0, changed)
+            _add(here, 0, load, -1.0, changed)
+            if common + 1 < rows.shape[0]:
+                deep = errors.common * room.shared[1]
+                _combine(1.0 - deep, here, deep, there)
+        if made.other >= 0:
+            _fill(made.table, case, made.other, at, there)
+            _add(there, 0, load, 1.0, rows[common + 2])
+            _combine(1.0, here, room.shared[2], there)
+        power = 1.0
+        for k in range(made.table.shape[0] - made.sizes if made.sizes >= 0 and (sized or q > 0.0) else 0):
+            _fill(made.table, case, made.sizes + k, at, there)
+            _add(there, 0, load, (k + 1) * power, rows[by_q])
+            power *= q
+            if power == 0.0:
+                break
+            _combine(1.0, here, power, there)
+        for i in range(n if common < rows.shape[0] else 0):
+            gain = 1.0 + errors.common * room.shared[0] * errors.gain[i]
+            for r in range(here.shape[0]):
+                here[r, i] *= gain
+        for j in range(dim):
+            _add(here, forces * (1 + j), load, 1.0, rows[t * dim + j])
+        for c in range(forces):
+            copied(here[c], rows[positions + t * forces + c])
+        _add(here, 0, load, -1.0, room.rest)
     for i in range(n):
         own, moved = errors.gain[i] * (w[i] - room.rest[i]), 0.0
-        for j in range(positions):
-            moved += rows[j, i] ** 2
+        for j in range(dim):
+            slope = 0.0
+            for k in range(j, positions, dim):
+                slope += rows[k, i]
+            moved += slope**2
         room.weight[i] = 1.0 / (
             errors.still[i] ** 2 + errors.position[i] ** 2 * moved + errors.own**2 * (own**2 + changed[i] ** 2)
         )
@@ -126,29 +131,52 @@ def lay_out(w, case, sized, room):
 
 
 @compiled(borrows=True)
-def settle(w, case, box, sized, most, room):
-    """From the state of `room` to the best one in `most` steps; chi-square left, infinite where no load presses."""
+def _left(room):
+    """Chi-square of the readings as they are laid out, with the determinant of the errors."""
+    total = volume_of(room)
+    for i in range(room.rest.size):
+        total += room.rest[i] ** 2 * room.weight[i]
+    for e in range(room.shared.size):
+        total += room.shared[e] ** 2
+    return total
+
+
+@compiled(borrows=True)
+def settle(w, case, box, sized, most, held, room):
+    """From the state of `room` to the best one in `most` steps; chi-square left, infinite where a load pulls.
+
+    held: as of `stepped`.
+    """
     left, told, positions, components = math.inf, case.told, room.at.size, room.load.size
+    dim, reach, now = told.box.size // 2, told.longest, math.inf
     for _ in range(most):
         before = left
         lay_out(w, case, sized, room)
-        left = stepped(room, told.friction, sized)
+        if positions > dim:  # several loads may chase each other: shorter steps where the last one made it worse
+            last, now = now, _left(room)
+            reach = 0.3 * reach if now > last else min(2.0 * reach, told.longest)
+        left = stepped(room, told.friction, dim + 1, sized, held)
         if left < 0.0:
             return math.inf
-        x, length = room.step, 0.0
+        x, longest = room.step, 0.0
+        for t in range(positions // dim):
+            length = 0.0
+            for j in range(t * dim, (t + 1) * dim):
+                length += x[j] ** 2
+            longest = max(longest, length)
+        shorter = min(1.0, reach / max(math.sqrt(longest), 1e-300))
         for j in range(positions):
-            length += x[j] ** 2
-        shorter = min(1.0, told.longest / max(math.sqrt(length), 1e-300))
-        for j in range(positions):
-            room.at[j] = min(max(room.at[j] + shorter * x[j], box[2 * j]), box[2 * j + 1])
+            side = 2 * (j % dim)
+            room.at[j] = min(max(room.at[j] + shorter * x[j], box[side]), box[side + 1])
         for c in range(components):
             room.load[c] += shorter * x[positions + c]
         if sized:
             room.size[0] = min(max(room.size[0] + shorter * x[positions + components], 0.0), 1.0)
         for e in range(room.shared.size):
             room.shared[e] += shorter * x[positions + components + 1 + e]
-        if not room.load[0] > 0.0:
-            return math.inf
+        for c in range(0, components, dim + 1):
+            if not room.load[c] > 0.0:
+                return math.inf
         if shorter == 1.0 and abs(left - before) < _LEAST + _SHARE * left:
             break
     return left

@@ -1,0 +1,172 @@
+"""Several touches on an area: their number, where each is, and that the sum of two is never taken for one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.errors import InvalidValueError
+
+DEPTH, PEAK, HALF = 3e-3, 0.04, 4.5e-3
+SKIN = ss.HalfSpace(ss.Material(young=0.4e6))
+
+
+def pad(noise: float = 1e-3, tolerances: ss.Tolerances | None = None, **more: object) -> ss.Finger:
+    array = ss.SensorArray.grid(shape=(4, 4), pitch=DEPTH, depth=DEPTH, noise=noise * PEAK, **more)  # type: ignore[arg-type]
+    return ss.Finger(SKIN, array, tolerances=tolerances)
+
+
+def loads(rng: np.random.Generator, frames: int, touches: int) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (f, touches, 2) at least a depth apart, and components; the first is the hardest."""
+    at = rng.uniform(-HALF, HALF, (20 * frames, touches, 2))
+    apart = np.linalg.norm(at[:, :, None] - at[:, None], axis=-1) + 1e3 * np.eye(touches)
+    at = at[apart.min(axis=(1, 2)) > DEPTH][:frames]
+    normal = rng.uniform(0.8, 1.2, (frames, 1)) * np.sort(rng.uniform(0.5, 1.0, (frames, touches)))[:, ::-1]
+    lean, turn = rng.uniform(0, 0.4, normal.shape), rng.uniform(-np.pi, np.pi, normal.shape)
+    return at, normal[..., None] * np.stack([np.ones_like(lean), lean * np.cos(turn), lean * np.sin(turn)], axis=-1)
+
+
+def read(finger: ss.Finger, at: np.ndarray, force: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    parts = [
+        finger.read(ss.PointLoad(position=at[:, t], components=force[:, t])) - np.asarray(finger.array.offset)
+        for t in range(at.shape[1])
+    ]
+    return sum(parts) + np.asarray(finger.array.offset) + rng.normal(0, np.asarray(finger.array.noise), parts[0].shape)
+
+
+def off_and_std(found: object, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of two touches, matched: errors of the positions (f, 2, 2) and their standard deviations."""
+    place = found.each.position  # type: ignore[attr-defined]
+    swap = np.linalg.norm(place - at[:, ::-1], axis=-1).max(axis=-1) < np.linalg.norm(place - at, axis=-1).max(axis=-1)
+    true = np.where(swap[:, None, None], at[:, ::-1], at)
+    return place - true, found.each.std[..., :2]  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("noise", "ok"), [(1e-3, 0.9), (1e-2, 0.2)])
+def test_two_touches_are_two_and_stand_within_their_intervals(noise: float, ok: float) -> None:
+    rng, finger = np.random.default_rng(1), pad(noise)
+    at, force = loads(rng, 150, 2)
+    found = finger.locate(read(finger, at, force, rng), touches=2)
+    off, std = off_and_std(found, at)
+    assert (found.count == 2).mean() > 0.97
+    assert found.ok.mean() > ok
+    good = found.ok
+    assert (np.abs(off) < 5 * std)[good].all(axis=(1, 2)).mean() > 0.99
+    assert (np.linalg.norm(off, axis=-1) < 0.3 * DEPTH)[good].all(axis=1).mean() > 0.98
+    assert (np.abs(off) < 1.96 * std)[good].mean() > 0.9
+
+
+def test_one_touch_is_one_and_as_locate_has_it() -> None:
+    rng, finger = np.random.default_rng(2), pad()
+    at, force = loads(rng, 100, 1)
+    readings = read(finger, at, force, rng)
+    found, single = finger.locate(readings, touches=2), finger.locate(readings)
+    assert (found.count == 1).mean() > 0.97
+    both = found.ok & single.ok
+    assert both.mean() > 0.9
+    moved = np.abs(found.each.position[both, 0] - single.position[both]) / single.std[both, :2]
+    assert np.median(moved) < 1e-3
+    assert moved.max() < 0.3  # either stops where a step gains little
+    assert np.isnan(found.each.position[found.count == 1, 1]).all()
+
+
+def test_the_sum_of_two_is_never_one_touch_that_is_ok() -> None:
+    rng, finger = np.random.default_rng(3), pad()
+    at, force = loads(rng, 100, 2)
+    readings = read(finger, at, force, rng)
+    found, single = finger.locate(readings, touches=2), finger.locate(readings)
+    assert not (found.ok & (found.count == 1)).any()
+    assert single.ok.mean() < 0.02
+
+
+def test_three_touches_of_eight_by_eight() -> None:
+    rng = np.random.default_rng(4)
+    array = ss.SensorArray.grid(shape=(8, 8), pitch=DEPTH, depth=DEPTH, noise=1e-3 * PEAK)
+    finger = ss.Finger(SKIN, array)
+    at, force = loads(rng, 20, 3)
+    found = finger.locate(read(finger, 2 * at, force, rng), touches=3)
+    assert (found.count == 3).mean() > 0.9
+    assert np.asarray(found.covariance).shape == (20, 15, 15)
+    near = np.linalg.norm(found.each.position[:, :, None] - 2 * at[:, None], axis=-1).min(axis=1)
+    assert (near[found.ok] < 0.1 * DEPTH).all()
+
+
+def test_tolerances_widen_what_is_said_of_two() -> None:
+    rng, told = np.random.default_rng(5), ss.Tolerances(gain=0.02, offset=0.005 * PEAK)
+    finger = pad(tolerances=told)
+    at, force = loads(rng, 100, 2)
+    frames = [
+        read(ss.Finger(*told.draw(finger.skin, finger.array, rng)), at[i : i + 1], force[i : i + 1], rng)[0]
+        for i in range(100)
+    ]
+    found, exact = finger.locate(frames, touches=2), pad().locate(frames, touches=2)
+    off, std = off_and_std(found, at)
+    two = found.count == 2
+    assert two.mean() > 0.9
+    assert (np.abs(off) < 1.96 * std)[two].mean() > 0.9
+    assert exact.ok.mean() < 0.5  # the noise alone does not explain them
+
+
+def test_forces_are_told_with_their_covariance_whole() -> None:
+    rng, finger = np.random.default_rng(6), pad()
+    at, force = loads(rng, 1, 2)
+    found = finger.locate(read(finger, at.repeat(200, 0), force.repeat(200, 0), rng), touches=2)
+    total = found.each.load.components[..., 0].sum(axis=-1)[found.ok]
+    square = np.asarray(found.covariance)[found.ok]
+    std = np.sqrt(square[:, 2, 2] + square[:, 7, 7] + 2 * square[:, 2, 7])
+    assert np.std(total) == pytest.approx(np.median(std), rel=0.25)
+    assert np.mean(total) == pytest.approx(force[0, :, 0].sum(), abs=3 * np.median(std) / np.sqrt(total.size) + 1e-3)
+
+
+def test_frames_without_a_touch_without_an_answer_and_without_readings() -> None:
+    rng, finger = np.random.default_rng(7), pad()
+    at, force = loads(rng, 1, 2)
+    good = read(finger, at, force, rng)[0]
+    missing = np.where(np.arange(16) == 3, np.nan, good)
+    few = np.where(np.arange(16) > 3, np.nan, good)
+    wild = np.where(np.arange(16) == 5, good + 1.0, good)
+    found = finger.locate([np.zeros(16), missing, few, -good, wild], touches=2)
+    names = [ss.Status(s).name for s in found.status]
+    assert names == ["NO_CONTACT", "OK", "INCOMPLETE", "UNEXPLAINED", "UNEXPLAINED"]
+    assert np.isnan(found.each.position[[0, 2, 3, 4]]).all()
+    assert found.count.tolist() == [0, 2, 0, 0, 0]
+
+
+def test_without_friction_both_press_straight_down() -> None:
+    finger = pad()
+    at, normal = np.array([[-2e-3, 1e-3], [3e-3, 0.0]]), np.array([1.0, 0.6])
+    readings = sum(finger.read(ss.PointLoad(force=n, position=p)) for n, p in zip(normal, at, strict=True))
+    found = finger.locate(readings, touches=2, friction=0.0)
+    assert int(found.count) == 2
+    assert found.each.load.components == pytest.approx(np.stack([normal, 0 * normal, 0 * normal], axis=-1), abs=1e-3)
+
+
+def test_a_frame_is_told_in_words_and_columns() -> None:
+    rng, finger = np.random.default_rng(1), pad()
+    at, force = loads(rng, 3, 2)
+    found = finger.locate(read(finger, at, force, rng), touches=2)
+    assert "touches" in repr(found[0])
+    assert found[1:].each.position.shape == (2, 2, 2)
+    columns = found.to_dict()
+    assert columns["touches"].tolist() == found.count.tolist()
+    assert columns["position_y_2"] == pytest.approx(found.each.position[:, 1, 0])
+    assert columns["probability_1"] + columns["probability_2"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"touches": 0}, "from 1 to 3"), ({"touches": 2.0}, "from 1 to 3"), ({"touches": True}, "from 1 to 3"),
+        ({"touches": 2, "doubt": np.zeros(16)}, "no such option"), ({"touches": 2, "outliers": 1}, "one of both"),
+    ],
+)  # fmt: skip
+def test_what_several_touches_refuse(options: dict[str, object], words: str) -> None:
+    with pytest.raises(InvalidValueError, match=words):
+        pad().locate(np.zeros(16), **options)  # type: ignore[call-overload]
+
+
+def test_a_row_has_one_touch() -> None:
+    row = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(6, 1e-3, 2e-3, noise=1e-4))
+    with pytest.raises(InvalidValueError, match="on a row"):
+        row.locate(np.zeros(6), touches=2)
