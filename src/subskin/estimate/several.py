@@ -56,10 +56,10 @@ class TouchSet(FrameTable):
     >>> import subskin as ss
     >>> array = ss.SensorArray.grid(shape=(4, 4), pitch=3e-3, depth=3e-3, noise=2e-5)
     >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
-    >>> here, there = ss.PointLoad(force=1.0, position=(-2e-3, 1e-3)), ss.PointLoad(force=0.6, position=(4e-3, 0.0))
+    >>> here, there = ss.PointLoad(force=1.0, position=(-2e-3, 1e-3)), ss.PointLoad(force=0.6, position=(4e-3, 5e-4))
     >>> found = finger.locate(finger.read(here) + finger.read(there), touches=2)
     >>> int(found.count), (1e3 * found.each.position).round(2).tolist(), found.each.force.round(2).tolist()
-    (2, [[-2.0, 1.0], [4.0, 0.0]], [1.0, 0.6])
+    (2, [[-2.0, 1.0], [4.0, 0.5]], [1.0, 0.6])
     """
 
     friction: float

@@ -114,13 +114,16 @@ def lay_out(w, case, sized, room):
         for c in range(forces):
             copied(here[c], rows[positions + t * forces + c])
         _add(here, 0, load, -1.0, room.rest)
-    for i in range(n):
-        own, moved = errors.gain[i] * (w[i] - room.rest[i]), 0.0
-        for j in range(dim):
-            slope = 0.0
-            for k in range(j, positions, dim):
+    part = room.part
+    part[:] = 0.0
+    for j in range(dim):
+        for i in range(n):
+            slope = rows[j, i]
+            for k in range(j + dim, positions, dim):
                 slope += rows[k, i]
-            moved += slope**2
+            part[i] += slope * slope
+    for i in range(n):
+        own, moved = errors.gain[i] * (w[i] - room.rest[i]), part[i]
         room.weight[i] = 1.0 / (
             errors.still[i] ** 2 + errors.position[i] ** 2 * moved + errors.own**2 * (own**2 + changed[i] ** 2)
         )
