@@ -159,6 +159,7 @@ def test_a_frame_is_told_in_words_and_columns() -> None:
     [
         ({"touches": 0}, "from 1 to 3"), ({"touches": 2.0}, "from 1 to 3"), ({"touches": True}, "from 1 to 3"),
         ({"touches": 2, "doubt": np.zeros(16)}, "no such option"), ({"touches": 2, "outliers": 1}, "one of both"),
+        ({"touches": 2, "load": "either"}, "no such option"),
     ],
 )  # fmt: skip
 def test_what_several_touches_refuse(options: dict[str, object], words: str) -> None:
@@ -170,3 +171,14 @@ def test_a_row_has_one_touch() -> None:
     row = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(6, 1e-3, 2e-3, noise=1e-4))
     with pytest.raises(InvalidValueError, match="on a row"):
         row.locate(np.zeros(6), touches=2)
+
+
+def test_the_spread_of_a_calibrated_finger_widens_both() -> None:
+    from subskin.spread import Spread
+
+    rng, finger = np.random.default_rng(9), pad()
+    at, force = loads(rng, 20, 2)
+    readings = read(finger, at, force, rng)
+    wider = ss.Finger(SKIN, finger.array, spread=Spread([0.0, 1e-3], straight=[3.0, 3.0], leaning=[3.0, 3.0]))
+    found, wide = finger.locate(readings, touches=2), wider.locate(readings, touches=2)
+    assert wide.covariance == pytest.approx(9 * found.covariance, nan_ok=True)

@@ -233,10 +233,9 @@ def slip(
     table = checked(estimate).table
     on_area = estimate.layout.dim == 2
     if indenter is not None and isinstance(indenter, LocalIndenter) != on_area:
-        kind, fix = (
-            ("of an area, a body in space", "Sphere") if on_area else ("of a row, a body of the plane", "Cylinder")
-        )
-        raise InvalidValueError(f"indenter = {indenter!r}", f"{kind} is needed", f"ss.pressing.{fix}(radius=8e-3)")
+        kind = "of an area, a body in space" if on_area else "of a row, a body of the plane"
+        fix = "ss.pressing." + ("Sphere(radius=8e-3)" if on_area else "Cylinder(radius=8e-3)")
+        raise InvalidValueError(f"indenter = {indenter!r}", f"{kind} is needed", fix)
     judged = np.empty((*table.shape[:-1], JUDGED))
     rows, every = judged.reshape(-1, JUDGED), rows_of(mu, estimate.shape)
     if on_area:

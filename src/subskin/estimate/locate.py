@@ -277,12 +277,13 @@ def locate(
         _check.choice("load", load, ("line", "point", "either"))
     if load == "line":
         finger.array.refuse_area()
-    if checked_touches(touches) > 1:
-        refuse({"beside": beside, "normal_force": normal_force, "doubt": doubt}, "several touches know no such option")
+    if (most := checked_touches(touches)) > 1:
+        others = {"load": None if load == "point" else load, "beside": beside, "normal_force": normal_force}
+        refuse({**others, "doubt": doubt}, "several touches know no such option")
         values: dict[str, Any] = _check.values(
             friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
         )
-        return several_locator(finger, int(touches), search, values)(readings)
+        return several_locator(finger, most, search, values)(readings)
     family = LineLoad if load == "line" else load or "line"
     search_with = _quick(
         finger, family, search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,

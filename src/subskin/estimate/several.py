@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import lgamma
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,9 @@ from .estimate import Estimate, FrameTable, Status
 from .frames import Framewise
 from .layout import AREA
 from .shown import Shown
+
+if TYPE_CHECKING:
+    from ..spread import Spread
 
 __all__ = ["SeveralLocator", "TouchSet", "checked_touches"]
 
@@ -185,6 +188,17 @@ class SeveralLocator(Framewise):
         inside = self.one.covers(nodes)
         given = variants, errors, told, np.ascontiguousarray(nodes[inside]), np.ascontiguousarray(fields[inside])
         return arrays[0], given, Settings(*arrays[-2])
+
+    def _allow(
+        self, out: FloatArray, spread: Spread | None, friction: float, trusted: bool, doubted: FloatArray | float
+    ) -> None:
+        if spread is not None:  # the widest of the touches: their errors belong together
+            first, size = _FIRST + self.most, _EACH * self.most
+            ratio = np.nan_to_num(spread.at(out[:, first : first + size : _EACH], friction)).max(axis=-1, keepdims=True)
+            out[:, first + size :] *= ratio**2
+            near = out[:, _RIVAL] < self._apart * ratio[:, 0] ** 2
+            out[near & (out[:, _STATUS] == Status.OK), _STATUS] = Status.AMBIGUOUS
+        super()._allow(out, None, friction, trusted, doubted)
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         rows, given, settings = arrays

@@ -7,11 +7,10 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..area.point import ROWS
 from .elsewhere import FEW_SPARE, elsewhere, scanning, variance_of
 from .given import Errors
-from .normal import COMMON, NONE, copied, room_of, second_moment, size_of, spread_of, stepped, volume_of
-from .variants import STEPS, SettlingCase, lay_out, settle
+from .normal import COMMON, NONE, copy_state, room_of, second_moment, size_of, spread_of, stepped, volume_of
+from .variants import STEPS, case_of, common_of, lay_out, settle
 
 _TAKEN, _NARROW, _FAR, _WIDE = 16.0, 0.05, 40.0, 0.2
 """What a size has to explain beside a point, in chi-square, to be taken; the standard deviation of q up to which
@@ -46,15 +45,6 @@ def _put(room, row, at):
         row[at + j] = room.at[j]
     for c in range(room.load.size):
         row[at + positions + c] = room.load[c]
-
-
-@compiled(borrows=True)
-def _as_it_is(room, other):
-    """The state of a room, to another."""
-    copied(room.at, other.at)
-    copied(room.load, other.load)
-    copied(room.shared, other.shared)
-    other.size[0] = room.size[0]
 
 
 @compiled(borrows=True)
@@ -126,7 +116,7 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
         if left <= told.largest and not best > 4.0 * deviation and deviation < _NARROW:
             for q in _LOOKED_AT:  # readings may bend back to where a larger touch explains them too
                 begin = q
-                _as_it_is(room, third)
+                copy_state(room, third)
                 third.size[0] = q
                 if (
                     settle(w, case, told.box, False, 1, NONE, third) <= left + 4.0 * _FAR
@@ -140,11 +130,11 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
                 stepped(room, told.friction, room.load.size, False, NONE)
                 return left, worse, False
     if begin == 0.0:
-        _as_it_is(room, third)
+        copy_state(room, third)
     found = left if only else settle(w, case, told.box, True, STEPS, NONE, third)
     if not only and (found < left - _TAKEN or not left <= told.largest):
         left, sized = found, True
-        _as_it_is(third, room)
+        copy_state(third, room)
         if worse < math.inf:
             worse = min(worse, settle(w, case, told.box, True, STEPS, NONE, other))
     elif not only and found < left + _FAR:
@@ -197,14 +187,10 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
     errors = Errors(still, drawn.gain, drawn.position, drawn.own, drawn.common, drawn.ratios)
     n, positions, components, at = readings.shape[1], nodes.shape[1], fields.shape[1], told.columns
     every = positions + components
-    common = COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
+    common, case = common_of(variants, errors), case_of(variants, errors, told, positions, n)
     room = room_of(positions, components, common, errors.ratios, n)
     other = room_of(positions, components, common, errors.ratios, n)
     third, scan = room_of(positions, components, common, errors.ratios, n), scanning(components, n, COMMON)
-    numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), components * (1 + positions)
-    case = SettlingCase(
-        variants, errors, told, numbers, numbers.view(np.int64), np.empty((fill, n)), np.empty((fill, n)), np.empty(n)
-    )
     moves, tried, more = np.empty(every), np.empty((_HALF_WIDTHS.size, every + 1)), np.empty(every * (every + 1) // 2)
     w = np.empty(n)
     for f in range(readings.shape[0]):

@@ -68,6 +68,15 @@ def copied(values, out):
 
 
 @compiled(borrows=True)
+def copy_state(room, out):
+    """All unknowns of a room, to another."""
+    copied(room.at, out.at)
+    copied(room.load, out.load)
+    copied(room.shared, out.shared)
+    out.size[0] = room.size[0]
+
+
+@compiled(borrows=True)
 def _factored(a, m):
     """Cholesky's factor in the lower triangle, in place; whether there is one."""
     for j in range(m):

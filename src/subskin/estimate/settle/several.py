@@ -14,10 +14,9 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._compiled import compiled
-from ..area.point import ROWS
 from .elsewhere import FEW, distance, rank_node, scanning, taken_at, whiten
-from .normal import ALL, COMMON, NONE, copied, room_of, spread_of, stepped, volume_of
-from .variants import STEPS, SettlingCase, lay_out, settle
+from .normal import ALL, COMMON, NONE, copied, copy_state, room_of, spread_of, stepped, volume_of
+from .variants import STEPS, case_of, common_of, lay_out, settle
 
 _ROUNDS, _GAIN, _STARTS, _ANSWERS = 3, 0.05, 24, 128
 """Times that each load is looked for again, if that gained so much chi-square; positions from which the search begins
@@ -83,9 +82,7 @@ def _try(w, case, trial, best, left, answers):
         answers.left[k] = found
         answers.filled[0] = k + 1
     if found < left:
-        copied(trial.at, best.at)
-        copied(trial.load, best.load)
-        copied(trial.shared, best.shared)
+        copy_state(trial, best)
         copied(trial.weight, best.weight)
         left = found
     return left
@@ -164,15 +161,6 @@ def _other(best, answers, spread, apart, dim):
 
 
 @compiled(borrows=True)
-def _copy_state(room, out):
-    """All unknowns of a room, to another."""
-    copied(room.at, out.at)
-    copied(room.load, out.load)
-    copied(room.shared, out.shared)
-    out.size[0] = room.size[0]
-
-
-@compiled(borrows=True)
 def _stretch(w, case, best, trial, left, spread):
     """By how much the covariance is too small: how far positions move until chi-square has grown as it says.
 
@@ -183,7 +171,7 @@ def _stretch(w, case, best, trial, left, spread):
     for j in range(positions):
         deviation = math.sqrt(spread[j * (2 * every + 1 - j) // 2])
         for side in (-1.0, 1.0):
-            _copy_state(best, trial)
+            copy_state(best, trial)
             trial.at[j] += side * _MOVED * deviation
             found = settle(w, case, case.told.beyond, False, 2 * STEPS, j, trial)
             rise = found + volume_of(trial) - left if found < math.inf else _MOVED**2
@@ -226,13 +214,8 @@ def settle_several(readings, rows, given, out):
     """
     variants, errors, told, nodes, fields = given
     n, dim, components, most = readings.shape[1], nodes.shape[1], fields.shape[1], out.shape[1]
-    common = COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
-    scan = scanning(components, n, COMMON + components * most)
-    numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), components * (1 + dim)
-    case = SettlingCase(
-        variants, errors, told, numbers, numbers.view(np.int64), np.empty((fill, n)), np.empty((fill, n)), np.empty(n)
-    )
-    w = np.empty(n)
+    common, case = common_of(variants, errors), case_of(variants, errors, told, dim, n)
+    scan, w = scanning(components, n, COMMON + components * most), np.empty(n)
     for f in range(readings.shape[0]):
         inside, largest = True, 0.0
         for i in range(n):
@@ -270,7 +253,7 @@ def settle_several(readings, rows, given, out):
                     break
             for _ in range(_ROUNDS):  # along a valley
                 before = left
-                _copy_state(best, trial)
+                copy_state(best, trial)
                 left = _try(w, case, trial, best, left, answers)
                 if not left < before - _GAIN:
                     break

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._compiled import compiled
-from ..area.point import Point, PointModel, point_field, read
+from ..area.point import ROWS, Point, PointModel, point_field, read
 from ..kinds import Along, Line, line_at, line_read
 from .given import Errors, Settling, Variants
-from .normal import copied, stepped, volume_of
+from .normal import COMMON, copied, stepped, volume_of
 
 STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
 """The most steps as a rule, and the change of chi-square, and the share of it, below which the last was enough."""
@@ -35,6 +35,21 @@ class SettlingCase(NamedTuple):
     here: FloatArray
     there: FloatArray
     changed: FloatArray
+
+
+@compiled(inline=True)
+def common_of(variants, errors):
+    """How many errors sensors have in common."""
+    return COMMON if variants.other >= 0 else 2 if errors.common > 0.0 else 0
+
+
+@compiled()
+def case_of(variants, errors, told, dim, n):
+    """The case of frames of n readings, with its scratch; dim: coordinates of a position."""
+    numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), (dim + 1) ** 2
+    return SettlingCase(
+        variants, errors, told, numbers, numbers.view(np.int64), np.empty((fill, n)), np.empty((fill, n)), np.empty(n)
+    )
 
 
 @compiled(borrows=True)
