@@ -182,3 +182,40 @@ def test_the_spread_of_a_calibrated_finger_widens_both() -> None:
     wider = ss.Finger(SKIN, finger.array, spread=Spread([0.0, 1e-3], straight=[3.0, 3.0], leaning=[3.0, 3.0]))
     found, wide = finger.locate(readings, touches=2), wider.locate(readings, touches=2)
     assert wide.covariance == pytest.approx(9 * found.covariance, nan_ok=True)
+
+
+def test_errors_in_common_and_forces_of_others_are_taken_out_of_the_readings() -> None:
+    """w^T C^-1 w of C = W^-1 + the errors in common, and as well of what no force of the loads explains."""
+    from subskin.estimate.settle.elsewhere import whiten
+    from subskin.estimate.settle.normal import room_of
+
+    rng = np.random.default_rng(10)
+    room, w, along = room_of(2, 3, 3, np.zeros(2), 16), rng.normal(size=16), np.empty((6, 17))
+    room.rows[:], room.weight[:] = rng.normal(size=room.rows.shape), rng.uniform(0.5, 2.0, 16)
+    common, loads = room.rows[6:], room.rows[2:5]
+    inverse = np.linalg.inv(np.diag(1 / room.weight) + common.T @ common)
+    assert whiten(w, room, False, along) == (pytest.approx(w @ inverse @ w), 3)
+    best = np.linalg.solve(loads @ inverse @ loads.T, loads @ inverse @ w)
+    rest = w - best @ loads
+    assert whiten(w, room, True, along) == (pytest.approx(rest @ inverse @ rest), 6)
+
+
+def test_a_sensor_that_stands_elsewhere_errs_by_the_slope_of_both_loads() -> None:
+    from subskin.estimate.on_area import several_locator
+    from subskin.estimate.settle.normal import room_of
+    from subskin.estimate.settle.variants import case_of, lay_out
+
+    finger = pad(tolerances=ss.Tolerances(position=0.05, common=0.0))
+    options = {"friction": 1.0, "scan_step": None, "false_alarm": 1e-6, "ambiguity": 13.8, "outliers": 0}
+    locator = several_locator(finger, 2, None, options)
+    variants, errors, told, _, _ = locator._prepare(finger.array.live)[1]
+    at, force = loads(np.random.default_rng(11), 1, 2)
+    room = room_of(4, 6, 0, errors.ratios, 16)
+    room.at[:], room.load[:] = at.reshape(-1), force.reshape(-1)
+    noise, step = np.asarray(finger.array.noise), 1e-6
+    parts = [finger.read(ss.PointLoad(position=at[0] + move, components=force[0])).sum(axis=0)
+             for move in step * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])[:, None]]  # fmt: skip
+    slope = np.stack([parts[0] - parts[1], parts[2] - parts[3]]) / (2 * step * noise)
+    lay_out(np.zeros(16), case_of(variants, errors, told, 2, 16), False, room)
+    moved = (0.05 * DEPTH) ** 2 * (slope**2).sum(axis=0)
+    assert room.weight == pytest.approx(1 / (1 + moved), rel=1e-3)
