@@ -109,3 +109,34 @@ def test_what_is_not_for_an_area_says_so(tables, subskin, command, says):
     assert says in out.err
     assert "Fix:" in out.err
     assert len(out.err.splitlines()) == 1
+
+
+def test_two_touches_at_once_on_an_area(tables, subskin):
+    text = (tables / "area.toml").read_text().replace("[3, 3]", "[4, 4]")
+    (tables / "pad.toml").write_text(text + "[calibration]\norigin = [0.01, 0.02]\n")
+    file = ss.load("pad.toml")
+    left, right = ss.PointLoad(1.0, 0.2, 0.5, (-2e-3, 1e-3)), ss.PointLoad(0.7, position=(2e-3, -5e-4))
+    both = file.finger.read(left) + file.finger.read(right)
+    np.savetxt("two.csv", [both, both], delimiter=",", comments="", header=",".join(file.names))
+    out = subskin("locate", "pad.toml", "two.csv", "--touches", "2", "-o", "touches.csv")
+    assert out.code == 0
+    table = ss.io.read_table("touches.csv")
+    assert table.numbers("touches").tolist() == [2, 2]
+    for name, want in (
+        ("position_y_1", 8e-3),
+        ("position_z_1", 21e-3),
+        ("position_y_2", 12e-3),
+        ("position_z_2", 19.5e-3),
+    ):
+        np.testing.assert_allclose(table.numbers(name), want, atol=1e-5)
+    np.testing.assert_allclose(table.numbers("force_2"), 0.7, rtol=1e-2)
+    shown = subskin("locate", "pad.toml", "two.csv", "--touches", "2").out
+    assert "touches" in shown
+    assert "force_2" in shown
+    for options, words in (
+        (("--touches", "4"), "from 1 to 3"), (("--touches", "2", "--truth", "y,z"), "that of one touch"),
+        (("--touches", "2", "--outliers", "1"), "one of both"),
+    ):  # fmt: skip
+        bad = subskin("locate", "pad.toml", "two.csv", *options)
+        assert bad.code != 0
+        assert words in bad.err

@@ -7,6 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.errors import InvalidValueError
+from subskin.estimate.on_area import moved
 
 DEPTH, PEAK, HALF = 3e-3, 0.04, 4.5e-3
 SKIN = ss.HalfSpace(ss.Material(young=0.4e6))
@@ -160,6 +161,7 @@ def test_a_frame_is_told_in_words_and_columns() -> None:
         ({"touches": 0}, "from 1 to 3"), ({"touches": 2.0}, "from 1 to 3"), ({"touches": True}, "from 1 to 3"),
         ({"touches": 2, "doubt": np.zeros(16)}, "no such option"), ({"touches": 2, "outliers": 1}, "one of both"),
         ({"touches": 2, "load": "either"}, "no such option"),
+        ({"touches": 2, "normal_force": (0.5, 1.0)}, "no such option"),
     ],
 )  # fmt: skip
 def test_what_several_touches_refuse(options: dict[str, object], words: str) -> None:
@@ -219,3 +221,23 @@ def test_a_sensor_that_stands_elsewhere_errs_by_the_slope_of_both_loads() -> Non
     lay_out(np.zeros(16), case_of(variants, errors, told, 2, 16), False, room)
     moved = (0.05 * DEPTH) ** 2 * (slope**2).sum(axis=0)
     assert room.weight == pytest.approx(1 / (1 + moved), rel=1e-3)
+
+
+def test_several_touches_on_other_axes_are_those_of_single_ones() -> None:
+    finger, rng = pad(), np.random.default_rng(11)
+    at, force = loads(rng, 6, 2)
+    one, two = read(finger, at[:, :1], force[:, :1], rng), read(finger, at, force, rng)
+    found = finger.locator(touches=2)(np.concatenate([one, two]))
+    origin, turn = np.array([10e-3, -4e-3]), 0.7
+    there = found.moved(origin, turn)
+    singly = moved(found.each, origin, turn)
+    np.testing.assert_allclose(there.each.position, singly.position, rtol=1e-12)
+    np.testing.assert_allclose(there.each.load.components, singly.load.components, rtol=1e-12)
+    np.testing.assert_allclose(there.each.load.covariance, singly.load.covariance, rtol=1e-9, atol=1e-18)
+    (c, s), pair = (np.cos(turn), np.sin(turn)), there.count == 2
+    assert pair.sum() >= 5
+    whole = np.zeros((5, 5))
+    whole[2, 2] = 1.0
+    whole[:2, :2] = whole[3:, 3:] = [[c, -s], [s, c]]
+    want = whole @ found.covariance[pair][:, :5, 5:] @ whole.T  # how errors of one touch go with the other's
+    np.testing.assert_allclose(there.covariance[pair][:, :5, 5:], want, rtol=1e-9, atol=1e-18)

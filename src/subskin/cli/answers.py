@@ -16,6 +16,7 @@ from ..errors import FileError, InvalidValueError, printable
 from ..estimate.estimate import Estimate, Status
 from ..estimate.layout import LINE, SIZED_LINE, WIDE
 from ..estimate.on_area import moved
+from ..estimate.several import TouchSet
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading, writing
 from ..stream.stage import Pipeline, Stage, join
@@ -195,8 +196,12 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
     """
     found, file = answers.found, answers.file
     layout = found.layout if isinstance(found, Estimate) else None
-    area, long = layout is not None and layout.dim == 2, layout in (LINE, SIZED_LINE, WIDE)
-    columns = {"row": answers.rows, **(moved(found, file.origin, file.turn) if area else found).to_dict()}
+    long, area = layout in (LINE, SIZED_LINE, WIDE), True
+    if isinstance(found, TouchSet):
+        found = found.moved(file.origin, file.turn)
+    elif area := layout is not None and layout.dim == 2:
+        found = moved(found, file.origin, file.turn)
+    columns = {"row": answers.rows, **found.to_dict()}
     columns.pop("half_width_std", None)  # the interval says more: readings know the square of a half width
     if width and layout == LINE:
         columns |= dict.fromkeys(("half_width", "half_width_low", "half_width_high"), found.half_width)

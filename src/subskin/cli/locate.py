@@ -19,6 +19,7 @@ _EXAMPLES = """\
   subskin locate finger.toml readings.parquet -o located.parquet --truth position --figure truth.png
   subskin locate calibrated.toml presses.csv -o located.csv --every 2 --skip-used --truth position
   subskin locate finger.toml stream.csv -o located.csv --tare --outliers 1
+  subskin locate pad.toml readings.csv -o touches.csv --touches 2
   subskin simulate finger.toml -o - | subskin locate finger.toml - --json
 """
 _NOTES = """\
@@ -31,9 +32,9 @@ while nothing touches the skin, and subtracted.
 
 _DRAWN = (("truth", ""), ("position", ""), ("position", "_std"))
 _SHOWN = (
-    "row", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth",
+    "row", "touches", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth",
     "half_width", "beside", "force_unit", "point_probability", "position_std", "position_y_std", "position_z_std",
-    "status",
+    *(f"{name}_{t}" for t in (1, 2, 3) for name in ("position_y", "position_z", "force", "force_unit")), "status",
 )  # fmt: skip
 
 
@@ -41,6 +42,7 @@ _SHOWN = (
     _EXAMPLES,
     option("--load {line,point,either}", "what presses on a row ([locate], or line)"),
     option("--beside M", "largest distance beside the row of a point (default: 3 depths)"),
+    option("--touches N", "the most touches at once on an area, up to 3 (1)", 1),
     option("--truth NAME", "column of true positions [m] to compare with; on an area two, y,z"),
     option("--outliers N", "1: try unexplained frames without each reading in turn (0)", 0),
     option("--skip-used", "locate the rows that --every or --rows does not name"),
@@ -55,6 +57,9 @@ def run_locate(options: argparse.Namespace) -> int:
         raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
     if options.figure is not None and options.truth is None:
         raise InvalidValueError("--figure", "it needs the true positions", "--truth position")
+    if options.touches != 1 and options.truth is not None:
+        seen = f"--truth with --touches {options.touches}"
+        raise InvalidValueError(seen, "a true position is that of one touch", "leave one of both out")
     axes = ("",) if options.truth is None or "," not in options.truth else ("_y", "_z")
     names = [f"{name}{axis}{more}" for name, more in _DRAWN for axis in axes]
     drawn = names if options.figure is not None else []
@@ -73,7 +78,8 @@ def run_locate(options: argparse.Namespace) -> int:
             score = {**_score(kept.columns["error"], kept.columns["status"]), "beyond_search": beyond}
 
         def people(out: TextIO) -> None:
-            show_statuses(out, kept.status, MEANING)
+            said = MEANING if options.touches == 1 else {**MEANING, "ok": "so many loads, and no other number"}
+            show_statuses(out, kept.status, said)
             if score is not None:
                 _show_score(out, score)
             if options.out is None:
@@ -90,7 +96,7 @@ def run_locate(options: argparse.Namespace) -> int:
 
 def _chosen(options: argparse.Namespace) -> dict[str, Any]:
     """The options of the locator that the command line sets."""
-    chosen: dict[str, Any] = {"outliers": options.outliers}
+    chosen: dict[str, Any] = {"outliers": options.outliers, "touches": options.touches}
     if options.load is not None:
         chosen["load"] = options.load
     if options.beside is not None:

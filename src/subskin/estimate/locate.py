@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Never, TypeAlias, overload
+from typing import Any, Literal, Never, TypeAlias, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ from .estimate import Estimate
 from .on_area import area_locator, refuse, refuse_tolerances, several_locator
 from .search import Locator, beyond, reached
 from .settle.row import on_row
-from .several import TouchSet, checked_touches
+from .several import SeveralLocator, TouchSet, checked_touches
 from .stick_locator import StickLocator, checked_stick
 
 __all__ = ["fit", "locate", "locator"]
@@ -28,6 +28,10 @@ __all__ = ["fit", "locate", "locator"]
 Search: TypeAlias = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None
 
 Load: TypeAlias = Literal["line", "point", "either"]
+
+AnyLocator: TypeAlias = Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator
+
+_KNOW_NONE = "several touches know no such option"
 
 _OF_FIT = ("half_width", "stick", "moment")
 _OPTIONS = (
@@ -50,8 +54,9 @@ def locator(
     stick: float | tuple[float, float] | None = None,
     beside: float | None = None,
     moment: bool | None = None,
+    touches: int = 1,
     **_unknown: Never,
-) -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
+) -> AnyLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
 
     Where the sensors are on an area it is an `AreaLocator`, of point loads, or a `RoundLocator`, of round contacts; an
@@ -82,6 +87,8 @@ def locator(
     moment : bool, optional
         Of round contacts on an area: whether a moment about the normal is fitted. If left out it is where the sensors
         tell it and more than seven are live; normal strain, pressure and normal stress never do.
+    touches : int, optional
+        As in `locate`; from 2 on it is a `SeveralLocator`.
 
     Raises
     ------
@@ -99,10 +106,15 @@ def locator(
     finger_needed(finger)
     if not isinstance(family, str):
         checked_family(family)
-    _check.no_options(_unknown, _OPTIONS)
+    _check.no_options(_unknown, f"{_OPTIONS}, touches")
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
+    if (most := checked_touches(touches)) > 1:
+        asked = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
+        unsaid = family in ("line", "point")
+        refuse({"family": None if unsaid else family, **asked, "moment": moment}, _KNOW_NONE)
+        return several_locator(finger, most, search, values)
     if finger.measured is not None:
         refuse_tolerances(finger, "a response measured in place, which has no drawing")
     if finger.array.on_area:
@@ -277,13 +289,13 @@ def locate(
         _check.choice("load", load, ("line", "point", "either"))
     if load == "line":
         finger.array.refuse_area()
-    if (most := checked_touches(touches)) > 1:
-        others = {"load": None if load == "point" else load, "beside": beside, "normal_force": normal_force}
-        refuse({**others, "doubt": doubt}, "several touches know no such option")
-        values: dict[str, Any] = _check.values(
-            friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
-        )
-        return several_locator(finger, most, search, values)(readings)
+    if checked_touches(touches) > 1:
+        refuse({"load": None if load == "point" else load, "doubt": doubt}, _KNOW_NONE)
+        several = locator(
+            finger, search=search, normal_force=normal_force, friction=friction, scan_step=scan_step,
+            false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers, beside=beside, touches=touches,
+        )  # fmt: skip
+        return cast("SeveralLocator", several)(readings)
     family = LineLoad if load == "line" else load or "line"
     search_with = _quick(
         finger, family, search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
@@ -370,7 +382,7 @@ def fit(
 def _quick(finger: Finger, family: str | Family | LocalFamily, *options: Any) -> Any:
     """The locator of the options as they were given, in the order of `_OPTIONS`: the shortest way for one frame."""
 
-    def make() -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
+    def make() -> AnyLocator:
         return locator(finger, family, **dict(zip(_OPTIONS.split(", "), options, strict=True)))
 
     try:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import lgamma
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._axes import on_touches, turned
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from .area import AreaLocator
@@ -112,6 +113,32 @@ class TouchSet(FrameTable):
         used = np.repeat(self.used[..., None, :], self.most, axis=-2)
         return Estimate(_check.read_only(out), used, self.friction, _EACH, AREA, self.relative)
 
+    def moved(self, origin: npt.ArrayLike, turn: float = 0.0) -> Self:
+        """The same touches on other axes, as of `moved` of one touch: positions, drags and their covariance.
+
+        Parameters
+        ----------
+        origin : array_like, shape (2,)
+            Where the finger's (0, 0) lies on the other axes [m].
+        turn : float, optional
+            By how much the finger's y lies turned from theirs, towards z [rad].
+        """
+        table, size = np.array(self.table), _EACH * self.most
+        whole = np.eye(size)
+        for t in range(self.most):
+            at = _FIRST + self.most + _EACH * t
+            table[..., at : at + _DIM] = on_touches(table[..., at : at + _DIM], np.asarray(origin), turn)
+            drag = slice(at + _DIM + 1, at + _EACH)
+            table[..., drag] = on_touches(table[..., drag], np.zeros(_DIM), turn)
+            for part in (slice(_EACH * t, _EACH * t + _DIM), slice(_EACH * t + _DIM + 1, _EACH * (t + 1))):
+                whole[part, part] = turned(turn)
+        square = self.covariance
+        known = np.isfinite(square)  # of a touch that is not there it is not
+        with np.errstate(invalid="ignore"):
+            out = np.where(known, whole @ np.where(known, square, 0.0) @ whole.T, square)
+        table[..., _FIRST + self.most + size :] = out.reshape(*self.shape, size**2)
+        return replace(self, table=_check.read_only(table))
+
     def _shown(self) -> list[Shown]:
         each, none = self.each, np.zeros(self.shape)
         shown = [Shown("touches", np.where(self.count > 0, self.count, np.nan), none, "")]
@@ -127,7 +154,7 @@ class TouchSet(FrameTable):
         columns: dict[str, Any] = {"touches": self.count}
         for t in range(self.most):
             own = self.each[..., t].to_dict()
-            names = [name for name in own if name not in ("status", "residual", "spare") and "rival" not in name]
+            names = [n for n in own if n not in ("status", "residual", "spare") and not n.startswith("second")]
             columns |= {f"{name}_{t + 1}": own[name] for name in names}
         columns |= {f"probability_{t + 1}": self.probability[..., t] for t in range(self.most)}
         return columns | super()._columns() | {"residual": self.residual}
@@ -160,6 +187,10 @@ class SeveralLocator(Framewise):
             one.array, needed=one.unknowns, columns=_FIRST + most + size + size**2, status=_STATUS,
             ambiguity=one._ambiguity,
         )  # fmt: skip
+
+    def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Which positions lie where loads are looked for; as of `AreaLocator`."""
+        return self.one.covers(position)
 
     def __call__(self, readings: npt.ArrayLike) -> TouchSet:
         """The touches in each frame.

@@ -26,9 +26,8 @@ from .toml_errors import read_document, read_text
 
 if TYPE_CHECKING:
     from ..decide import TypeDecision
-    from ..estimate import Estimate, Locator
-    from ..estimate.area import AreaLocator, InPlaceLocator
-    from ..estimate.beside import EitherLocator
+    from ..estimate import Estimate
+    from ..estimate.locate import AnyLocator
     from .tables import Table
 
 __all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
@@ -151,7 +150,7 @@ class FingerFile(Tabled, Recorded):
         force = {} if self.normal_force is None else {"normal_force": self.normal_force}
         return {**force, **self._with(changes)}
 
-    def locator(self, **changes: Any) -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
+    def locator(self, **changes: Any) -> AnyLocator:
         """`Finger.locator` with the options of the file; `changes` override some, and `load` of `locate`.
 
         Raises
