@@ -115,7 +115,7 @@ def test_the_second_process_finds_what_the_compiled_loops_find_and_the_first_kee
     np.testing.assert_allclose(raw[0], FREE, atol=1e-8)
     assert "contact_on" in [event.kind for batch in batches for event in batch.events]
     times = np.concatenate([batch.time for batch in batches])
-    assert np.ptp(times) > 0.8 * 0.005 * len(raw)  # and not all of them came when they were taken
+    assert np.ptp(times) > 0.3 * 0.005 * len(raw)  # a busy machine may begin late; taken at once they have one time
 
 
 def test_zero_is_said_while_loops_are_compiled(capfd):
