@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from . import _check
 from ._check import FloatArray
 
-__all__ = ["on_finger", "on_touches", "turned"]
+__all__ = ["on_finger", "on_touches", "turned", "turned_square"]
 
 
 def turned(turn: float) -> FloatArray:
@@ -57,3 +58,29 @@ def on_touches(positions: npt.ArrayLike, origin: Any, turn: float = 0.0) -> Floa
     """
     at = _check.real("positions", positions, unit="m", finite=False)
     return np.asarray((at if np.ndim(origin) == 0 or turn == 0 else at @ turned(turn).T) + np.asarray(origin))
+
+
+def turned_square(square: FloatArray, pairs: Iterable[int], turn: float) -> FloatArray:
+    """A covariance on axes that lie turned; NaN stays, and so does all of one with an infinite variance.
+
+    Parameters
+    ----------
+    square : ndarray, shape (..., k, k)
+        Of k unknowns.
+    pairs : iterable of int
+        The first of two unknowns each, along y and along z, that turn together.
+    turn : float
+        As in `turned` [rad].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> turned_square(np.diag([4.0, 1.0, 9.0]), [0], np.pi / 2).round(6).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 9.0]]
+    """
+    whole = np.eye(square.shape[-1])
+    for k in pairs:
+        whole[k : k + 2, k : k + 2] = turned(turn)
+    known = np.isfinite(square)
+    left = np.isinf(square).any(axis=(-2, -1), keepdims=True)
+    return np.where(known & ~left, whole @ np.where(known, square, 0.0) @ whole.T, square)

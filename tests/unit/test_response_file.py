@@ -152,6 +152,10 @@ def test_what_was_found_is_moved_and_turned():
     variance = np.einsum("i,nij,j->n", along, found.covariance[:, :2, :2], along)
     np.testing.assert_allclose(np.sqrt(variance), own.std[:, 0], rtol=1e-8)
     np.testing.assert_array_equal(found.status, own.status)
+    table = np.array(own.table[0])
+    table[own.layout.square[2, 2]] = np.inf  # the force is not known: how errors mix is not said of half of them
+    unknown = moved(replace(own[:1], table=table[None]), origin, turn).table[0]
+    np.testing.assert_array_equal(unknown[own.layout.square], table[own.layout.square])
 
 
 RECORDING = """

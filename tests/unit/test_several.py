@@ -152,6 +152,7 @@ def test_a_frame_is_told_in_words_and_columns() -> None:
     columns = found.to_dict()
     assert columns["touches"].tolist() == found.count.tolist()
     assert columns["position_y_2"] == pytest.approx(found.each.position[:, 1, 0])
+    assert not [name for name in columns if name.startswith("second")]  # a rival is that of the whole frame
     assert columns["probability_1"] + columns["probability_2"] == pytest.approx(1.0)
 
 
@@ -227,7 +228,9 @@ def test_several_touches_on_other_axes_are_those_of_single_ones() -> None:
     finger, rng = pad(), np.random.default_rng(11)
     at, force = loads(rng, 6, 2)
     one, two = read(finger, at[:, :1], force[:, :1], rng), read(finger, at, force, rng)
-    found = finger.locator(touches=2)(np.concatenate([one, two]))
+    search = finger.locator(touches=2)
+    assert search.covers([[0.0, 0.0], [1.0, 0.0]]).tolist() == [True, False]
+    found = search(np.concatenate([one, two]))
     origin, turn = np.array([10e-3, -4e-3]), 0.7
     there = found.moved(origin, turn)
     singly = moved(found.each, origin, turn)
@@ -241,3 +244,10 @@ def test_several_touches_on_other_axes_are_those_of_single_ones() -> None:
     whole[:2, :2] = whole[3:, 3:] = [[c, -s], [s, c]]
     want = whole @ found.covariance[pair][:, :5, 5:] @ whole.T  # how errors of one touch go with the other's
     np.testing.assert_allclose(there.covariance[pair][:, :5, 5:], want, rtol=1e-9, atol=1e-18)
+
+
+def test_noise_alone_is_no_contact() -> None:
+    array = ss.SensorArray.grid((4, 4), 2e-3, 2e-3, transducer=ss.MeanPressure(), noise=30.0)
+    finger, rng = ss.Finger(SKIN, array), np.random.default_rng(1)
+    frames = rng.normal(0.0, 30.0, (2000, 16))  # of the free skin: of some no pressing load explains anything
+    assert (finger.locate(frames, touches=2).status == ss.Status.NO_CONTACT).all()

@@ -78,7 +78,11 @@ def run_locate(options: argparse.Namespace) -> int:
             score = {**_score(kept.columns["error"], kept.columns["status"]), "beyond_search": beyond}
 
         def people(out: TextIO) -> None:
-            said = MEANING if options.touches == 1 else {**MEANING, "ok": "so many loads, and no other number"}
+            said = (
+                MEANING
+                if options.touches == 1
+                else {**MEANING, "ok": "so many loads explain the readings, and no other number"}
+            )
             show_statuses(out, kept.status, said)
             if score is not None:
                 _show_score(out, score)

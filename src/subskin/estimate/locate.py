@@ -110,15 +110,14 @@ def locator(
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
+    others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
     if (most := checked_touches(touches)) > 1:
-        asked = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
         unsaid = family in ("line", "point")
-        refuse({"family": None if unsaid else family, **asked, "moment": moment}, _KNOW_NONE)
+        refuse({"family": None if unsaid else family, **others, "moment": moment}, _KNOW_NONE)
         return several_locator(finger, most, search, values)
     if finger.measured is not None:
         refuse_tolerances(finger, "a response measured in place, which has no drawing")
     if finger.array.on_area:
-        others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
         return area_locator(finger, family, search, {**others, "moment": moment}, values)
     if moment is not None:
         seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
@@ -126,7 +125,7 @@ def locator(
     if family not in ("line", LineLoad) or normal_force is not None:
         refuse_tolerances(finger, "a search of other contacts, or of a stated force")
     if family == "point" or family == "either":
-        others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
+        del others["beside"]
         return _of_points(finger, family, search, beside, others, values)
     if beside is not None:
         rule = "a long contact has no distance beside the row"

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._axes import on_touches, turned
+from .._axes import on_touches, turned_square
 from ..contact import PointLoad, RoundContact
 from ..contact.families import Family, LocalFamily, local_family_of
 from ..errors import InvalidValueError
@@ -157,12 +157,7 @@ def moved(found: Estimate, origin: npt.ArrayLike, turn: float = 0.0) -> Estimate
         drag = slice(at + first + 1, at + first + 3)
         table[..., drag] = on_touches(table[..., drag], np.zeros(2), turn)
     if turn:
-        whole = np.eye(k)
-        whole[:2, :2] = whole[first + 1 : first + 3, first + 1 : first + 3] = turned(turn)
-        square = table[..., layout.square]
-        known = np.isfinite(square)  # an infinite variance stays where it is
-        all_known = np.asarray(known.all(axis=(-2, -1)))[..., None, None]
-        out = np.where(all_known, whole @ np.where(known, square, 0.0) @ whole.T, square)
+        out = turned_square(table[..., layout.square], (0, first + 1), turn)
         upper = np.triu_indices(k)
         table[..., layout.covariance : layout.covariance + k * (k + 1) // 2] = out[(..., *upper)]
     return Estimate(table, found.used, found.friction, found.unknowns, layout, found.relative)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._axes import on_touches, turned
+from .._axes import on_touches, turned_square
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from .area import AreaLocator
@@ -123,20 +123,13 @@ class TouchSet(FrameTable):
         turn : float, optional
             By how much the finger's y lies turned from theirs, towards z [rad].
         """
-        table, size = np.array(self.table), _EACH * self.most
-        whole = np.eye(size)
-        for t in range(self.most):
-            at = _FIRST + self.most + _EACH * t
+        table, first, size = np.array(self.table), _FIRST + self.most, _EACH * self.most
+        for at in range(first, first + size, _EACH):
             table[..., at : at + _DIM] = on_touches(table[..., at : at + _DIM], np.asarray(origin), turn)
             drag = slice(at + _DIM + 1, at + _EACH)
             table[..., drag] = on_touches(table[..., drag], np.zeros(_DIM), turn)
-            for part in (slice(_EACH * t, _EACH * t + _DIM), slice(_EACH * t + _DIM + 1, _EACH * (t + 1))):
-                whole[part, part] = turned(turn)
-        square = self.covariance
-        known = np.isfinite(square)  # of a touch that is not there it is not
-        with np.errstate(invalid="ignore"):
-            out = np.where(known, whole @ np.where(known, square, 0.0) @ whole.T, square)
-        table[..., _FIRST + self.most + size :] = out.reshape(*self.shape, size**2)
+        pairs = [k for at in range(0, size, _EACH) for k in (at, at + _DIM + 1)]
+        table[..., first + size :] = turned_square(self.covariance, pairs, turn).reshape(*self.shape, size**2)
         return replace(self, table=_check.read_only(table))
 
     def _shown(self) -> list[Shown]:
@@ -277,7 +270,10 @@ class SeveralLocator(Framewise):
             known &= (share[index, k] >= _SURE) & (block[:, _WORSE] >= settings.ambiguity) & (n > size)
             part[:, _STATUS] = np.where(known, Status.OK, Status.AMBIGUOUS)
             none = ~(block[:, _LEFT] <= largest[k])
-            quiet = ((w[index] ** 2).sum(axis=-1) - np.where(there[index, 0], left[index, 0], 0.0)) < settings.detection
+            heard = (w[index] ** 2).sum(axis=-1)  # where no load fits, noise alone has to explain all of it
+            quiet = np.where(
+                there[index, 0], heard - left[index, 0] < settings.detection, heard <= self._most_left(n, 0)
+            )
             part[none | quiet] = np.nan
             part[none, _STATUS], part[none, _RESIDUAL] = Status.UNEXPLAINED, block[none, _LEFT]
             part[quiet, _STATUS] = Status.NO_CONTACT
