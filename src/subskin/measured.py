@@ -55,6 +55,8 @@ class MeasuredResponse(Noun):
     common : array_like, shape () or (n,), optional
         Standard deviation of an error that all sensors of a frame have in common, such as the air's pressure since the
         last tare [reading].
+    vague : float, optional
+        Standard error of a position, in the direction where it is largest, from which an answer is AMBIGUOUS [m].
 
     Raises
     ------
@@ -81,6 +83,7 @@ class MeasuredResponse(Noun):
     correlation: Annotated[FloatArray | None, Real()] = None
     load: Annotated[float, Real("N", above=0.0)] = 1.0
     common: Annotated[FloatArray | float, Real(at_least=0.0)] = 0.0
+    vague: Annotated[float, Real("m", above=0.0, finite=False)] = np.inf
 
     EXAMPLE: ClassVar = "MeasuredResponse.from_touches(...)"
 

@@ -231,3 +231,16 @@ def test_what_cannot_be_is_refused(known, straight):
         InPlaceLocator(known, ss.SensorArray.line(3, pitch=1e-3, depth=1e-3, noise=1.0))
     with pytest.raises(ss.errors.GeometryError, match="equal steps"):
         MeasuredResponse([0, 1, 3], known.z, known.values, known.variance, known.offset, known.noise)
+
+
+def test_a_position_whose_standard_error_is_too_large_is_ambiguous(finger, straight):
+    at = lattice(1.1e-3, half=5.5e-3)
+    readings = finger.read(ss.PointLoad(2.0, position=at), np.random.default_rng(5))
+    before = InPlaceLocator(straight, friction=0)(readings)
+    largest = np.sqrt(np.linalg.eigvalsh(np.nan_to_num(before.load.covariance[:, :2, :2]))[:, 1])
+    limit = float(np.median(largest[before.ok]))
+    found = InPlaceLocator(replace(straight, vague=limit), friction=0)(readings)
+    assert (found.ok == (before.ok & (largest < limit))).all()
+    assert 0 < found.ok.sum() < before.ok.sum()
+    assert (found.status[before.ok & ~found.ok] == ss.Status.AMBIGUOUS).all()
+    np.testing.assert_array_equal(found.position, before.position)  # it is told all the same

@@ -221,3 +221,22 @@ def test_a_known_force_is_used(response):
     readings = file.finger.read(ss.LineLoad(55.0, position=1e-3), np.random.default_rng(0))
     assert file.locate(readings).ok
     assert not file.locate(2 * readings).ok
+
+
+def test_from_which_standard_error_a_position_is_ambiguous_is_kept_and_files_without_it_are_read(response, tmp_path):
+    file = parse_finger(TEXT)
+    for name, vague in (("told", 0.4e-3), ("none", np.inf)):
+        finger = replace(file.finger, measured=replace(response, vague=vague))
+        save_finger(file.with_finger(finger, (0.0, 0.0), {}), tmp_path / f"{name}.toml")
+        assert load(tmp_path / f"{name}.toml").finger.measured.vague == vague
+    # as 0.2.0 wrote them: no such number, and a checksum without it
+    path = tmp_path / "none.response.npz"
+    with np.load(path) as arrays:
+        old = {name: arrays[name] for name in arrays.files if name != "vague"}
+    np.savez(path, **old)
+    assert load(tmp_path / "none.toml").finger.measured.vague == np.inf
+    # of a file that has it, it cannot go lost
+    path = tmp_path / "told.response.npz"
+    np.savez(path, **old)
+    with pytest.raises(FileError, match="another checksum"):
+        load(tmp_path / "told.toml")

@@ -16,20 +16,53 @@ BOARDS = [
 ]
 
 
-@pytest.mark.parametrize(("file", "header", "pitch", "median", "most"), BOARDS)
-def test_sixteen_touches_calibrate_a_board_of_barometers(shared, file, header, pitch, median, most):
+def touches_of(shared, file, header):
+    """Positions [m] and readings [Pa] of a board, which do not ship with the project."""
     path = shared / "data" / "underwater" / file
     if not path.is_file():
         pytest.skip("needs the underwater recordings in ../shared/data, which do not ship with the project")
     raw = np.loadtxt(path, delimiter=",", skiprows=header)
-    at, readings = 1e-3 * raw[:, :2], PSI * raw[:, 2:]
+    return 1e-3 * raw[:, :2], PSI * raw[:, 2:]
+
+
+def drawn(pitch):
     y = pitch * np.repeat([0.5, -0.5], 4)
     z = pitch * np.array([-1.5, -0.5, 0.5, 1.5, 1.5, 0.5, -0.5, -1.5])
     array = ss.SensorArray(y=y, z=z, depth=6e-3, transducer=ss.NormalStrain(), noise=20.0)
-    cells = np.stack(np.meshgrid(np.arange(4), np.arange(4), indexing="ij"), axis=-1).reshape(-1, 2)
-    chosen = at.min(axis=0) + (cells + np.random.default_rng(1).uniform(0.25, 0.75, (16, 2))) / 4 * np.ptp(at, axis=0)
-    used = np.argmin(((at - chosen[:, None]) ** 2).sum(axis=-1), axis=1)
-    finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.3e6)), array)
+    return ss.Finger(ss.HalfSpace(ss.Material(young=0.3e6)), array)
+
+
+def spread_out(at, side, seed):
+    """One touch in the middle half of each of side x side cells."""
+    cells = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="ij"), axis=-1).reshape(-1, 2)
+    inner = np.random.default_rng(seed).uniform(0.25, 0.75, (side**2, 2))
+    chosen = at.min(axis=0) + (cells + inner) / side * np.ptp(at, axis=0)
+    return np.argmin(((at - chosen[:, None]) ** 2).sum(axis=-1), axis=1)
+
+
+@pytest.mark.parametrize(("file", "header", "pitch", "median", "most"), BOARDS)
+def test_four_touches_calibrate_a_board_that_is_not_sure_and_wrong(shared, file, header, pitch, median, most):
+    at, readings = touches_of(shared, file, header)
+    wrong, held = [], []
+    for seed in range(3):
+        used = spread_out(at, 2, seed)
+        found = ss.calibrate(drawn(pitch), readings[used], at[used], fit=("gain", "depth", "origin", "turn"))
+        assert not found.weak.any()  # all eight work
+        rest = np.setdiff1d(np.arange(len(at)), used)[seed::12]
+        located = found.finger.locate(readings[rest], friction=0)
+        off, ok = located.position - found.on_finger(at[rest]), located.ok
+        std = np.sqrt(np.diagonal(located.load.covariance, axis1=1, axis2=2)[:, :2])
+        wrong.append(np.mean(ok & ((np.linalg.norm(off, axis=1) > 2e-3) | (np.abs(off) > 5 * std).any(axis=1))))
+        held.append(np.abs(off[ok]) <= 1.96 * std[ok])
+        assert ok.mean() > 0.05
+    assert np.mean(wrong) <= 0.03
+    assert np.mean(np.concatenate(held)) >= 0.88
+
+
+@pytest.mark.parametrize(("file", "header", "pitch", "median", "most"), BOARDS)
+def test_sixteen_touches_calibrate_a_board_of_barometers(shared, file, header, pitch, median, most):
+    at, readings = touches_of(shared, file, header)
+    used, finger = spread_out(at, 4, 1), drawn(pitch)
     found = ss.calibrate(finger, readings[used], at[used], fit=("gain", "depth", "origin", "turn"))
     rest = np.setdiff1d(np.arange(len(at)), used)
     assert np.median(found.evaluate(readings[rest], at[rest]).r2_sensor) > 0.985

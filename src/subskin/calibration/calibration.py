@@ -26,7 +26,7 @@ __all__ = [
     "checked_touches", "score", "weak",
 ]  # fmt: skip
 
-WEAK_SHARE = 0.5
+WEAK_SHARE, WEAK_SIGMA = 0.5, 2.0
 """Gain, as a share of the median's, below which a sensor is weak."""
 FEWEST_SPARE = 2
 """Spare readings that a sensor, or a frame, needs before a misfit is noticed: one may fit by chance."""
@@ -276,12 +276,13 @@ class Calibration(Fitted):
         return score(data, model, self.finger.array.live)
 
 
-def weak(gain: FloatArray, kinds: Sequence[object]) -> npt.NDArray[np.bool_]:
-    """Which gains (n,) are below half of the median of the sensors of their kind, shape (n,)."""
+def weak(gain: FloatArray, kinds: Sequence[object], std: FloatArray | float = 0.0) -> npt.NDArray[np.bool_]:
+    """Which gains (n,) are below half of the median of their kind, by two standard errors, shape (n,)."""
     size, out = np.abs(gain), np.zeros(len(gain), dtype=bool)
+    most = size + WEAK_SIGMA * std
     for kind in set(kinds):
         same = np.array([k == kind for k in kinds])
-        out[same] = size[same] < WEAK_SHARE * np.median(size[same])
+        out[same] = most[same] < WEAK_SHARE * np.median(size[same])
     return out
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cached_property
 from itertools import groupby
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from .._frozen import Frozen
 from ..errors import ConvergenceError, GeometryError
 from ..finger import Finger
 from ._forward import LINEAR, Forward
+from .alike import AlikeGains
 from .calibration import Calibration, Health, Parameter, score, weak
 from .uncertainty import Misfit, Uncertainty, misfit_of, neighbours, stretched
 
@@ -23,6 +24,7 @@ __all__ = ["Fit"]
 
 _ORDER = (1, 2, 0)
 """In which `LINEAR` is made orthogonal: what is the same everywhere first, for gains stand for what changes."""
+_Shares: TypeAlias = dict[tuple[int, int], FloatArray]
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
 _MOVES = 10.0
@@ -46,9 +48,10 @@ class Fit(Frozen):
         turn: float = 0.0,
         *,
         scan: bool,
+        gain_error: float = np.inf,
     ) -> None:
         self.finger, self.names, self.positions, self.load = finger, names, positions, load
-        self.live, self.scan, self.origin, self.turn = live, scan, origin, turn
+        self.live, self.scan, self.origin, self.turn, self.gain_error = live, scan, origin, turn, gain_error
         self.given, self.data = data, data[:, live]
         self.seen = np.isfinite(self.data)
         self.forward = Forward(self._part(), names, turn)
@@ -60,6 +63,8 @@ class Fit(Frozen):
             raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
         self.stated = np.asarray(self.forward.finger.array.noise)
         self.noise = np.ones(int(live.sum()))
+        self.alike = AlikeGains(self.forward.finger.array, gain_error if "gain" in names else np.inf)
+        """Of no gain until the noise is known, to which what is known of gains is held."""
 
     @property
     def anew(self) -> bool:
@@ -87,7 +92,23 @@ class Fit(Frozen):
         return self.forward.unit(p, *self.forward.moved(p, self.origin, positions, load))
 
     def linear(self, unit: FloatArray) -> FloatArray:
-        """Gains, offsets and lifts that fit best to what unit gains would read, (3, n): by Gram and Schmidt."""
+        """Gains, offsets and lifts that fit best to what unit gains would read, (3, n): by Gram and Schmidt.
+
+        Gains are those that are likeliest, with what is known of them beforehand.
+        """
+        fitted, found, shares, information = self._eliminated(unit)
+        if "gain" in self.names:
+            found[0] = self.alike.settled(found[0], information)
+        for k, i in reversed([*enumerate(fitted)]):
+            for j in fitted[k + 1 :]:
+                found[i] -= shares[i, j] * found[j]
+        return found
+
+    def _eliminated(self, unit: FloatArray) -> tuple[list[int], FloatArray, _Shares, FloatArray]:
+        """What is fitted of `LINEAR`, in turn; each by itself (3, n); its shares of the next; the last's information.
+
+        The last is the gain, where it is fitted: it is what the touches alone say.
+        """
         array = self.forward.finger.array
         found = np.stack([np.asarray(getattr(array, name)) for name in LINEAR])
         columns = np.where(self.seen, self._columns(unit), 0.0)
@@ -103,18 +124,16 @@ class Fit(Frozen):
             for j in fitted[k + 1 :]:
                 shares[i, j] = (columns[i] * columns[j]).sum(axis=0) / square
                 columns[j] -= shares[i, j] * columns[i]
-        for k, i in reversed([*enumerate(fitted)]):
-            for j in fitted[k + 1 :]:
-                found[i] -= shares[i, j] * found[j]
-        return found
+        information = (columns[fitted[-1]] ** 2).sum(axis=0) / self.noise**2 if fitted else np.zeros(0)
+        return fitted, found, shares, information
 
     def _columns(self, unit: FloatArray) -> FloatArray:
         """What gains, offsets and lifts are multiplied by, (3, m, n)."""
         return np.stack(np.broadcast_arrays(unit, 1.0, self.load[:, :1]))
 
-    def model(self, unit: FloatArray) -> FloatArray:
-        """Readings (m, n) by the linear numbers that fit best, where unit gains would read `unit`."""
-        return np.asarray((self.linear(unit)[:, None] * self._columns(unit)).sum(axis=0))
+    def model(self, unit: FloatArray, linear: FloatArray) -> FloatArray:
+        """Readings (m, n) by these linear numbers, where unit gains would read `unit`."""
+        return np.asarray((linear[:, None] * self._columns(unit)).sum(axis=0))
 
     @property
     def rest(self) -> FloatArray:
@@ -122,16 +141,19 @@ class Fit(Frozen):
         return self.data - self.modelled
 
     def residual(self, p: FloatArray, unit: FloatArray | None = None) -> FloatArray:
-        """What parameters p leave of the readings that there are, in noises."""
+        """What parameters p leave of the readings that there are, in noises; then of gains that are alike."""
         unit = self.unit_readings(p, self.positions, self.load) if unit is None else unit
-        return np.asarray(((self.data - self.model(unit)) / self.noise)[self.seen])
+        linear = self.linear(unit)
+        rest = ((self.data - self.model(unit, linear)) / self.noise)[self.seen]
+        return np.concatenate([rest, self.alike.rest(linear[0])])
 
     def without(self, rows: npt.NDArray[np.intp]) -> Fit:
         """The same, fitted to the other touches, from where this one came to lie."""
         kept = np.setdiff1d(np.arange(len(self.given)), rows)
         parts = (self.given[kept], self.positions[kept], self.load[kept])
-        part = Fit(self.finger, self.names, *parts, self.live, self.origin, self.turn, scan=False)
-        part.noise = self.noise
+        whole = (self.live, self.origin, self.turn)
+        part = Fit(self.finger, self.names, *parts, *whole, scan=False, gain_error=self.gain_error)
+        part.noise, part.alike = self.noise, self.alike
         return part.solve(self.p)
 
     def solve(self, near: FloatArray | None = None) -> Fit:
@@ -147,8 +169,9 @@ class Fit(Frozen):
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
                 p = found.x
             unit = self.unit_readings(p, self.positions, self.load)
-            self.gain, self.offset, self.lift = self.linear(unit)
-            self.modelled = self.model(unit)
+            linear = self.linear(unit)
+            self.gain, self.offset, self.lift = linear
+            self.modelled = self.model(unit, linear)
             rest = np.where(self.seen, self.rest, 0.0)
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
             noise = np.sqrt((rest**2).sum(axis=0) / degrees)
@@ -158,6 +181,9 @@ class Fit(Frozen):
             self.noise = np.maximum(
                 noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
             )
+            if "gain" in self.names and near is None:
+                _, found, _, information = self._eliminated(unit)
+                self.alike = self.alike.judged(found[0], information)
         self.p, self.unit = p, unit
         return self
 
@@ -218,13 +244,23 @@ class Fit(Frozen):
         return np.asarray(out)
 
     def dead(self) -> npt.NDArray[np.bool_]:
-        """Which sensors' gains are zero within their errors, while their readings do not move beyond noise."""
+        """Which sensors' gains are zero within their errors, while their readings do not move beyond noise.
+
+        Of a kind of which several are alike, one of which the touches say little is no dead one.
+        """
         out = np.zeros(self.live.size, dtype=bool)
         if "gain" in self.names:
-            first = self.forward.size
-            std = np.sqrt(np.diag(self.uncertainty.covariance))[first : first + self.noise.size]
-            out[self.live] = (np.abs(self.gain) < _DEAD_SIGMA * std) & ~self._moves()
+            std = self._gain_std()
+            low = weak(self.gain, self.forward.finger.array.transducers, std) | ~self.alike.known
+            out[self.live] = low & (np.abs(self.gain) < _DEAD_SIGMA * std) & ~self._moves()
         return out
+
+    def _gain_std(self) -> FloatArray:
+        """Standard errors of the gains; 0 where they are not fitted."""
+        if "gain" not in self.names:
+            return np.zeros(self.noise.size)
+        first = self.forward.size
+        return np.asarray(np.sqrt(np.diag(self.uncertainty.covariance))[first : first + self.noise.size])
 
     def _moves(self) -> npt.NDArray[np.bool_]:
         """Which sensors' readings move by many noises."""
@@ -285,7 +321,7 @@ class Fit(Frozen):
         finger = self.finger_found()
         live = finger.array.select(self.live)
         health = [Health.DEAD] * self.live.size
-        for i, feeble in zip(index, weak(self.gain, live.transducers), strict=True):
+        for i, feeble in zip(index, weak(self.gain, live.transducers, self._gain_std()), strict=True):
             health[i] = Health.WEAK if feeble else Health.OK
         ends = self._at_end()
         data = np.full((len(self.data), self.live.size), np.nan)

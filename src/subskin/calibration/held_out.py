@@ -42,6 +42,11 @@ _ROW_REACH, _ROW_STEP = 3.0, 0.5
 """How far beyond the row, and how finely, the spread is written down [depth]: misfit changes within a depth."""
 _STEP, _REACH, _NEAR = 0.125, 1.5, 1.0
 """Between nodes, beyond the outermost sensor or touch, and about a touch held out [depth]."""
+_VAGUE = 0.175
+"""Standard error from which a position on an area is AMBIGUOUS [depth]: twice as much is 0.3 depths, and a miss."""
+_USUAL, _WORTH = 1.4, 10
+"""Errors over their standard errors, of a board of which nothing is known, and how many touches held out that is worth:
+the root mean square of calibrations on 8 to 64 touches of two boards (`benchmarks/study_area_recordings.py`)."""
 _MOST, _MOST_TOUCHES = 1000, 60
 """Residuals that correct the field, and touches held out, at most."""
 
@@ -179,8 +184,9 @@ class _Kriging:
         seen, jacobian = self.seen[np.flatnonzero(kept)], self.jacobian[kept]
         factor = cho_factor(self.alike[np.ix_(kept, kept)])
         solved = cho_solve(factor, jacobian)
-        doubt = np.linalg.pinv(jacobian.T @ solved, hermitian=True)
-        change = doubt @ (solved.T @ seen.value)  # of the numbers fitted, in their sizes
+        doubt = np.linalg.pinv(jacobian.T @ solved + unsure.prior, hermitian=True)
+        # of the numbers fitted, in their sizes
+        change = doubt @ (solved.T @ seen.value - unsure.known.T @ unsure.known_rest)
         weights = cho_solve(factor, seen.value - jacobian @ change)
         nodes = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2)
         straight = np.tile([self.force, 0.0, 0.0], (len(nodes), 1))
@@ -232,8 +238,9 @@ class _Kriging:
         offset[live] += shift
         noise[live], common[live] = self.noise, self.common
         return MeasuredResponse(
-            y, z, values.reshape(shape), variance.reshape(shape), offset, noise, load=self.force, common=common
-        )
+            y, z, values.reshape(shape), variance.reshape(shape), offset, noise, load=self.force, common=common,
+            vague=_VAGUE * self.depth,
+        )  # fmt: skip
 
     def held_out(self) -> tuple[float, int]:
         """Errors of positions over their standard errors, of touches each located by the others; and of how many.
@@ -241,8 +248,7 @@ class _Kriging:
         The doubts of sensors are taken as independent, but share what the field misses. Each touch is looked for near
         where it was: not whether it is found is asked, but how well.
         """
-        errors: list[float] = []
-        count = 0
+        squares: list[float] = []
         straight = np.flatnonzero((self.fit.load[:, 1:] == 0).all(axis=1) & self.fit.seen.all(axis=1))
         for t in straight[:: max(-(-len(straight) // _MOST_TOUCHES), 1)]:
             truth = self.unsure.moved[t]
@@ -258,7 +264,7 @@ class _Kriging:
             if found.status == Status.OK:
                 assert found.load.covariance is not None
                 std = np.sqrt(np.diag(found.load.covariance)[:2])
-                errors += (np.abs(found.position - truth) / std).tolist()
-                count += 1
-        # few touches that happen to be found well do not make the others so
-        return (max(size_of(np.array(errors)), 1.0), count) if count >= _FEWEST else (1.0, 0)
+                squares.append(float(np.mean(((found.position - truth) / std) ** 2)))
+        # a few touches tell little of it, whether they happen to be found well or badly
+        size = np.sqrt((_WORTH * _USUAL**2 + sum(squares)) / (_WORTH + len(squares)))
+        return max(float(size), 1.0), len(squares)

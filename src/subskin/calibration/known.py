@@ -39,6 +39,7 @@ def calibrate(
     azimuth: npt.ArrayLike = 0.0,
     origin: npt.ArrayLike | None = None,
     turn: float = 0.0,
+    gain_error: float = 0.25,
     accept_misfit: bool = False,
 ) -> Calibration:
     """Fit a finger to touches at known positions: by a line load on a motor's axis, on an area by a load on a point.
@@ -68,6 +69,10 @@ def calibrate(
         Start (or, where "origin" is not fitted, value) of the origin [m]; by default found by the scan, or 0.
     turn : float, optional
         On an area, the same of the turn [rad].
+    gain_error : float, optional
+        How far gains of sensors of one kind are off their drawn ones times a common factor, a standard deviation [-].
+        It decides where the touches say little of a gain; `inf` for gains that have nothing in common. A gain that the
+        touches show to be more than three times as far off is one of its own.
     accept_misfit : bool, optional
         Return the finger even where its model cannot explain the touches (`Misfit.wrong`); otherwise this is an error.
         The finger is not `trusted`: none of its answers is OK.
@@ -79,7 +84,8 @@ def calibrate(
     Raises
     ------
     InvalidValueError, GeometryError
-        Unknown names in `fit`, shapes that do not match, readings or positions that are not finite.
+        Unknown names in `fit`, shapes that do not match, readings or positions that are not finite, a gain_error not
+        above 0.
     ConvergenceError
         Fewer readings to spare than sensors, no sensor that responds, a fit that did not settle, or touches that are
         not those of an elastic skin like the one drawn.
@@ -97,7 +103,7 @@ def calibrate(
     (9.0, 5.4)
     """
     loads: dict[str, Any] = {"force": force, "angle": angle, "azimuth": azimuth}
-    solution = fitted(finger, readings, positions, fit=fit, **loads, origin=origin, turn=turn)
+    solution = fitted(finger, readings, positions, fit=fit, **loads, origin=origin, turn=turn, gain_error=gain_error)
     found = explained(solution, accept_misfit=accept_misfit)
     if finger.array.on_area:
         return placed(found, solution)
@@ -124,6 +130,7 @@ def fitted(
     azimuth: npt.ArrayLike = 0.0,
     origin: npt.ArrayLike | None = None,
     turn: float = 0.0,
+    gain_error: float = 0.25,
 ) -> Fit:
     """The fit that `calibrate` makes a `Calibration` of; parameters and errors as there."""
     finger_needed(finger)
@@ -137,6 +144,7 @@ def fitted(
         if np.shape(start) != (2,) * area:
             raise GeometryError(f"origin of shape {np.shape(start)}", "(y, z) is needed", "origin=(5e-3, 5e-3)")
     about = _check.scalar("turn", turn, unit="rad")
+    alike = _check.scalar("gain_error", gain_error, above=0.0, finite=False)
     if about and not area:
         raise GeometryError(f"turn = {about:g} rad", "a row of sensors knows no turn", "leave it out")
     live = np.isfinite(data).sum(axis=0) >= 2
@@ -151,7 +159,7 @@ def fitted(
         finger = replace(finger, relative=force is None)
     solution = None
     while live.any():
-        solution = Fit(finger, names, data, y, load, live, start, about, scan=origin is None).solve()
+        solution = Fit(finger, names, data, y, load, live, start, about, scan=origin is None, gain_error=alike).solve()
         dead = live & solution.dead()
         if not dead.any():
             break

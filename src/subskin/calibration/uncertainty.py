@@ -193,7 +193,15 @@ class Uncertainty(Frozen):
         self.size = np.linalg.norm(jacobian, axis=0)
         self.size[self.size == 0] = 1.0
         self.jacobian = jacobian / self.size
-        values, vectors = np.linalg.eigh(self.jacobian.T @ self.jacobian)
+        # of what is known beforehand: how it changes with the numbers fitted, and how far they are off it
+        self.known, self.known_rest = np.zeros((0, self.size.size)), np.zeros(0)
+        if "gain" in fit.names:
+            slopes, first = fit.alike.slopes(fit.gain), fit.forward.size
+            self.known, self.known_rest = np.zeros((len(slopes), self.size.size)), fit.alike.rest(fit.gain)
+            self.known[:, first : first + fit.gain.size] = slopes
+            self.known /= self.size
+        self.prior = self.known.T @ self.known
+        values, vectors = np.linalg.eigh(self.jacobian.T @ self.jacobian + self.prior)
         known = values > 1e-13 * values[-1]
         # what the readings say nothing of has an infinite variance, not none
         self._blind = (vectors[:, ~known] ** 2).sum(axis=1) > 1e-6
@@ -279,7 +287,8 @@ class Uncertainty(Frozen):
         """Of all parameters, (p, p): those of the forward model, then gains, offsets and lifts."""
         covariance = self._inverse
         if self.process is not None:
-            covariance = covariance @ scatter(self.process, self.residuals, self.jacobian) @ covariance
+            seen = scatter(self.process, self.residuals, self.jacobian)
+            covariance = covariance @ (seen + self.prior) @ covariance
         covariance = np.array(covariance)
         covariance[self._blind, self._blind] = np.inf
         return np.asarray(covariance / np.outer(self.size, self.size))
@@ -317,7 +326,8 @@ class Uncertainty(Frozen):
                 unknown = unknown / np.maximum(np.linalg.norm(unknown, axis=0), 1e-300)
                 to_position = np.linalg.pinv(unknown)[0]
                 of_fit = -(to_position @ new[k]) @ gained
-                square = process.noise**2 * (to_position @ to_position + of_fit @ of_fit)
+                beforehand = to_position @ new[k] @ self._inverse @ self.known.T
+                square = process.noise**2 * (to_position @ to_position + of_fit @ of_fit) + beforehand @ beforehand
                 square += to_position @ own @ to_position + 2 * to_position @ between @ of_fit + of_fit @ among @ of_fit
                 out[i, k] = np.sqrt(max(square, 0.0) / (to_position @ to_position))
         return out

@@ -18,10 +18,10 @@ from .options import chosen_rows, figure, group, listed, option
 if TYPE_CHECKING:
     from ..calibration import BlindCalibration, BlindParameter, Calibration, Parameter
 
-__all__ = ["BLIND", "learnt", "named", "refuse_blind_options", "run_blind", "sensors_of", "show_health"]
+__all__ = ["BLIND", "errors_of", "learnt", "named", "refuse_blind_options", "run_blind", "sensors_of", "show_health"]
 
 _ERRORS = {
-    "gain": "of each gain (5 %%)",
+    "gain": "of each gain (5 %%; without --blind 25 %%)",
     "depth": "of the depth, a share or a length (5 %%)",
     "position": "of each position, a share of the depth or a length (2 %%)",
     "poisson": "of Poisson's ratio; needed to fit it",
@@ -52,7 +52,7 @@ def refuse_blind_options(options: argparse.Namespace) -> None:
     InvalidValueError
         Such an option.
     """
-    for name in (*(f"{error}_error" for error in _ERRORS), "half_width", "figure"):
+    for name in (*(f"{error}_error" for error in _ERRORS if error != "gain"), "half_width", "figure"):
         if getattr(options, name) is not None:
             raise InvalidValueError(f"--{name.replace('_', '-')}", "it goes with --blind", "add --blind")
 
@@ -78,7 +78,7 @@ def run_blind(options: argparse.Namespace) -> int:
     if file.differences and "offset" in fit:
         rule = "presses that `segment` wrote are less the free skin's reading, and have none"
         raise InvalidValueError("--fit offset", rule, "leave it out")
-    errors = _errors(options, file, fit)
+    errors = errors_of(options, file, fit)
     touch = {k: v for k, v in file.options.items() if k == "friction"}
     if options.half_width is not None:
         touch["half_width"] = quantity(options.half_width, "m", "--half-width")
@@ -134,7 +134,7 @@ def show_health(out: TextIO, file: io.FingerFile, found: Calibration | BlindCali
             print(f"{name}: {', '.join(sensors)} ({what})", file=out)
 
 
-def _errors(options: argparse.Namespace, file: io.FingerFile, fit: tuple[str, ...]) -> dict[str, float]:
+def errors_of(options: argparse.Namespace, file: io.FingerFile, fit: tuple[str, ...]) -> dict[str, float]:
     """The errors given, as `calibrate_blind` takes them."""
     depths = np.asarray(file.finger.array.depth)
     below = file.finger.skin.thickness - float(depths.max())

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._lazy import np
 from ..errors import ConvergenceError, InvalidValueError
-from .blind import BLIND, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
+from .blind import BLIND, errors_of, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .calibrate_more import CHOOSE, RESPONSE, choice_as_json, chosen, run_table, save_apart, show_choice
 from .common import AREA_COLUMNS, forces_said, give, known_to, number, show, warn_of_depths
 from .options import JSON, chosen_rows, command, listed, option, rows
@@ -90,7 +90,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
     file, readings = file.for_touches(table), table.readings(file.names)
     if options.force_column is None and file.recording is not None and file.recording.force is not None:
         options.force_column = "force"  # the recording has one, which `segment` keeps under this name
-    loads = {
+    loads: dict[str, Any] = {
         name: table.numbers(column, finite=True, why=f"the touches' {name}")
         for name in ("force", "angle", "azimuth")
         if (column := getattr(options, f"{name}_column")) is not None
@@ -116,6 +116,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
         origin=None if "origin" in fit else file.origin,
         turn=file.turn,
         accept_misfit=True,  # said, and refused, below
+        **errors_of(options, file, fit),
         **loaded,
     )
     held = ~used & np.isfinite(readings).any(axis=1)

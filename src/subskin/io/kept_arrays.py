@@ -20,7 +20,7 @@ from .files import path_of, read_bytes, replacing, write_bytes
 
 __all__ = ["FolderStore", "checksum", "read_response", "response_path", "write_both"]
 
-_NAMES = ("y", "z", "values", "variance", "offset", "noise", "correlation", "load", "common")
+_NAMES = ("y", "z", "values", "variance", "offset", "noise", "correlation", "load", "common", "vague")
 _LARGEST = 1 << 31
 _ENDING = ".response.npz"
 
@@ -42,6 +42,8 @@ def checksum(response: MeasuredResponse) -> str:
     """SHA-256 of the numbers of a response, as `[calibration] response` has it."""
     out = hashlib.sha256()
     for name in _NAMES:
+        if name == "vague" and response.vague == np.inf:
+            continue  # as in files of 0.2.0, which know of none
         values = np.ascontiguousarray(getattr(response, name), dtype="<f8")
         out.update(f"{name}{values.shape}".encode())
         out.update(values.tobytes())
@@ -70,7 +72,7 @@ def read_response(finger: str, expected: str) -> MeasuredResponse:
             if sum(part.file_size for part in parts.infolist()) > _LARGEST:
                 raise ValueError
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            response = MeasuredResponse(**{name: arrays[name] for name in _NAMES})
+            response = MeasuredResponse(**{name: arrays[name] for name in _NAMES if name != "vague" or name in arrays})
     except (SubskinError, ValueError, KeyError, TypeError, EOFError, MemoryError, OSError, zipfile.BadZipFile) as wrong:
         raise FileError(str(path), f"it holds no response ({str(wrong)[:80] or type(wrong).__name__})", again) from None
     if checksum(response) != expected:

@@ -41,7 +41,9 @@ class InPlaceModel(NamedTuple):
 
 
 class InPlaceSettings(NamedTuple):
-    """Thresholds: `stride`: nodes from one to the next of a scan; `doubtful`: chi-square from which all are scanned."""
+    """Thresholds: `stride`: nodes from one to the next of a scan; `doubtful`: chi-square from which all are scanned;
+    `vague`: variance of a position from which a frame is AMBIGUOUS.
+    """
 
     limits: Limits
     stride: int
@@ -49,6 +51,7 @@ class InPlaceSettings(NamedTuple):
     largest: float
     ambiguity: float
     doubtful: float
+    vague: float
 
 
 class _Room(NamedTuple):
@@ -319,8 +322,9 @@ def _frame(r, total, model, typical, settings, room, row):
             status = _AMBIGUOUS
     if not (0.5 < p < model.values.shape[0] - 1.5 and 0.5 < q < model.values.shape[1] - 1.5):
         status = _AMBIGUOUS
-    reach = 6.0 * math.sqrt(widest_variance(spread)) + 0.75 * apart * max(y[1], z[1])
-    if not reach < math.inf:
+    variance = widest_variance(spread)
+    reach = 6.0 * math.sqrt(variance) + 0.75 * apart * max(y[1], z[1])
+    if not variance < settings.vague:
         status = _AMBIGUOUS
     for j in range(cost.shape[0] if status == _OK else 0):
         for k in range(cost.shape[1]):

@@ -117,6 +117,7 @@ class InPlaceLocator(LocalLocator):
             largest=self._left(count, self._false_alarm),
             ambiguity=self._ambiguity,
             doubtful=self._left(count, max(_AGAIN, self._false_alarm)),
+            vague=self.response.vague**2,
         )
         typical = np.array([self.response.load, 0.0, 0.0])
         noise = self.response.noise[pattern]
