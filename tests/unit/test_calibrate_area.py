@@ -254,3 +254,28 @@ def test_what_cannot_be_is_refused():
     row = ss.Finger(ss.HalfPlane(RUBBER), ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
     with pytest.raises(ss.errors.GeometryError, match="azimuth"):
         ss.calibrate(row, np.ones((12, 4)), np.zeros(12), azimuth=0.3)
+
+
+def test_a_reading_that_was_lost_is_left_out_and_named():
+    rng = np.random.default_rng(7)
+    skin = ss.HalfSpace(ss.Material(young=0.4e6))
+    grid = {"shape": (2, 3), "pitch": 5e-3, "transducer": ss.NormalStress(), "noise": 20.0}
+    real = ss.Finger(skin, ss.SensorArray.grid(depth=4.5e-3, gain=[1.0, 0.9, 1.1, 1.05, 0.95, 1.0], **grid))
+    drawn = ss.Finger(skin, ss.SensorArray.grid(depth=4e-3, **grid))
+    at = rng.uniform([-4e-3, -7e-3], [4e-3, 7e-3], (24, 2))
+    readings = np.array(real.read(ss.PointLoad(force=1.0, position=at), rng))
+    fit = ("gain", "depth", "origin")
+    whole = ss.calibrate(drawn, readings, at, fit=fit)
+    assert whole.left_out == ()
+    touch, sensor = np.unravel_index(np.argmax(np.abs(readings)), readings.shape)
+    damaged, missing = readings.copy(), readings.copy()
+    damaged[touch, sensor] = 0.0
+    missing[touch, sensor] = np.nan
+    found, expected = (ss.calibrate(drawn, given, at, fit=fit) for given in (damaged, missing))
+    assert found.left_out == ((touch, sensor),)
+    assert found.doubts[0].startswith(f"the reading of sensor {sensor} at touch {touch} ")
+    np.testing.assert_allclose(found.finger.array.gain, expected.finger.array.gain, rtol=1e-9)
+    assert not any("left out" in doubt for doubt in expected.doubts)
+    # a skin that the model does not quite fit leaves no such reading
+    other = ss.Finger(skin, ss.SensorArray.grid(**{**grid, "transducer": ss.NormalStrain(), "depth": 4e-3}))
+    assert ss.calibrate(other, readings, at, fit=fit, accept_misfit=True).left_out == ()

@@ -147,6 +147,8 @@ class Calibration(Fitted):
         straight and of leaning loads; 0 where they were too few, or residuals are noise.
     turn : float
         On an area, by how much the finger's y lies turned from the motor's, towards z [rad].
+    left_out : tuple of (int, int)
+        Readings, each by its touch and sensor, that are so far off what all others say that they were left out.
     """
 
     finger: Finger
@@ -161,6 +163,7 @@ class Calibration(Fitted):
     angle: FloatArray
     held_out: tuple[int, int] = (0, 0)
     turn: float = 0.0
+    left_out: tuple[tuple[int, int], ...] = ()
 
     @property
     def r2(self) -> float:
@@ -179,13 +182,16 @@ class Calibration(Fitted):
     def doubts(self) -> tuple[str, ...]:
         """What these touches do not determine of the finger: a sentence each.
 
-        First, too few spare readings: fewer than fitted numbers, or than two for each sensor. Then what has come to the
-        end of its range; and, from the Fisher information, gains that are not known to a half, numbers of the whole
-        finger whose standard error exceeds a tenth of them, and pairs of these that are hardly separable (correlation
-        above 0.95).
+        First, readings that were left out. Then too few spare readings: fewer than fitted numbers, or than two for each
+        sensor. Then what has come to the end of its range; and, from the Fisher information, gains that are not known
+        to a half, numbers of the whole finger whose standard error exceeds a tenth of them, and pairs of these that are
+        hardly separable (correlation above 0.95).
         """
         whole = [i for i, p in enumerate(self.parameters) if p.sensor is None and p.name not in _PLACES]
-        said = []
+        said = [
+            f"the reading of sensor {i} at touch {t} is far off what all others say, and is left out"
+            for t, i in self.left_out
+        ]
         live = int(self.finger.array.live.sum())
         if self.spare < max(len(self.parameters), FEWEST_SPARE * live):
             said.append(

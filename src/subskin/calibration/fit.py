@@ -27,6 +27,9 @@ _ORDER = (1, 2, 0)
 _Shares: TypeAlias = dict[tuple[int, int], FloatArray]
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
+_ENOUGH, _LOST, _ALONE, _RARE = 12, 0.1, 3.0, 32
+"""A reading is lost, of so many touches at least, that is off by this share of the sensor's range and so many times as
+far as the others; of every 32 touches one may have lost a reading too."""
 _MOVES = 10.0
 """Noises from lowest to highest reading (noise alone: 8 in ten thousand touches) beyond which a sensor works."""
 _HEIGHTS = (1.3, 2.0, 5.0, 20.0)
@@ -49,6 +52,7 @@ class Fit(Frozen):
         *,
         scan: bool,
         gain_error: float = np.inf,
+        left_out: tuple[tuple[int, int], ...] = (),
     ) -> None:
         self.finger, self.names, self.positions, self.load = finger, names, positions, load
         self.live, self.scan, self.origin, self.turn, self.gain_error = live, scan, origin, turn, gain_error
@@ -62,7 +66,7 @@ class Fit(Frozen):
             rule = "more readings than parameters are needed, by one a sensor at least: they alone show the misfit"
             raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
         self.stated = np.asarray(self.forward.finger.array.noise)
-        self.noise = np.ones(int(live.sum()))
+        self.noise, self.left_out = np.ones(int(live.sum())), left_out
         self.alike = AlikeGains(self.forward.finger.array, gain_error if "gain" in names else np.inf)
         """Of no gain until the noise is known, to which what is known of gains is held."""
 
@@ -255,6 +259,31 @@ class Fit(Frozen):
             out[self.live] = low & (np.abs(self.gain) < _DEAD_SIGMA * std) & ~self._moves()
         return out
 
+    def without_lost(self) -> Fit | None:
+        """The fit without its farthest reading, where this is far off what all others say; else None.
+
+        By what the fit without it makes of it. A model that does not quite fit is off too, but not in one reading.
+        """
+        off = self._off(self.data)
+        if len(off) < _ENOUGH or off.max() <= _LOST:
+            return None
+        touch, i = np.unravel_index(int(np.argmax(off)), off.shape)
+        sensor, given = int(np.flatnonzero(self.live)[i]), self.given.copy()
+        given[touch, sensor] = np.nan
+        part = Fit(
+            self.finger, self.names, given, self.positions, self.load, self.live, self.origin, self.turn,
+            scan=self.scan, gain_error=self.gain_error, left_out=(*self.left_out, (int(touch), sensor)),
+        ).solve()  # fmt: skip
+        off = part._off(self.data)
+        own, off[touch, i] = float(off[touch, i]), 0.0
+        others = float(np.sort(off.max(axis=1))[-1 - len(off) // _RARE])
+        return part if own > max(_LOST, _ALONE * others) else None
+
+    def _off(self, data: FloatArray) -> FloatArray:
+        """How far readings `data` (m, n) are off the fit, as a share of what each sensor ranges over."""
+        span = np.array([max(float(np.ptp(c[np.isfinite(c)])), 1e-300) for c in data.T])
+        return np.nan_to_num(np.abs(data - self.modelled) / span)
+
     def _gain_std(self) -> FloatArray:
         """Standard errors of the gains; 0 where they are not fitted."""
         if "gain" not in self.names:
@@ -346,6 +375,7 @@ class Fit(Frozen):
             force=_check.read_only(np.hypot(self.load[:, 0], drag)),
             angle=_check.read_only(np.arctan2(drag, self.load[:, 0])),
             turn=self.forward.turn(self.p),
+            left_out=self.left_out,
         )
 
 

@@ -90,7 +90,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
     file, readings = file.for_touches(table), table.readings(file.names)
     if options.force_column is None and file.recording is not None and file.recording.force is not None:
         options.force_column = "force"  # the recording has one, which `segment` keeps under this name
-    loads: dict[str, Any] = {
+    loads = {
         name: table.numbers(column, finite=True, why=f"the touches' {name}")
         for name in ("force", "angle", "azimuth")
         if (column := getattr(options, f"{name}_column")) is not None
@@ -106,6 +106,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
     fit = file.to_fit(listed(_USUAL + ",turn" * area if options.fit is None else options.fit))
     touches = (readings[used], positions[used])
     loaded = {name: values[used] for name, values in loads.items()}
+    more: dict[str, Any] = {**errors_of(options, file, ()), **loaded}  # the error of gains: others are refused
     choice = None
     if options.choose:
         file, fit, choice = chosen(file, fit, *touches, **loaded)
@@ -116,8 +117,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
         origin=None if "origin" in fit else file.origin,
         turn=file.turn,
         accept_misfit=True,  # said, and refused, below
-        **errors_of(options, file, fit),
-        **loaded,
+        **more,
     )
     held = ~used & np.isfinite(readings).any(axis=1)
     score = None
