@@ -129,6 +129,28 @@ def test_a_file_is_calibrated_as_python_does(folder, subskin):
     assert (folder / "truth.svg").stat().st_size > 1000
 
 
+def test_how_alike_gains_are_may_be_said(folder, subskin):
+    for name in ("real", "drawn"):
+        text = (folder / f"{name}.toml").read_text()
+        (folder / f"noisy-{name}.toml").write_text(text.replace("noise = 30", "noise = 2000"))
+    span = ("--position", "16.5..23.5 mm", "--across", "6.5..13.5 mm")
+    args = ("--force", "1.5 N", "--count", 12, "--spread", 0.2, *span, "-o", "noisy.csv")
+    assert subskin("simulate", "noisy-real.toml", *args).code == 0
+    gains = {}
+    for error in ("1 %", "25 %", None):
+        more = () if error is None else ("--gain-error", error)
+        out = subskin("calibrate", "noisy-drawn.toml", "noisy.csv", "-o", "alike.toml", "--json", *more)
+        assert out.code == 0, out.err
+        found = json.loads(out.out)["parameters"]
+        gains[error] = np.array([p["value"] for p in found if p["name"] == "gain"])
+    off = {error: np.median(np.abs(gain / np.median(gain) - 1)) for error, gain in gains.items()}
+    assert off["1 %"] < 0.2 * off["25 %"]
+    np.testing.assert_array_equal(gains[None], gains["25 %"])
+    out = subskin("calibrate", "noisy-drawn.toml", "noisy.csv", "-o", "alike.toml", "--gain-error", "0 %")
+    assert out.code == 2
+    assert "--gain-error 0 %: has to be > 0" in out.err
+
+
 def test_forces_and_columns_have_names(folder, subskin):
     loads = ("--force-column", "force", "--angle-column", "angle", "--azimuth-column", "azimuth")
     named = ("--every", 3, "--position-column", "position_y,position_z", "--fit", "gain,origin,turn", *loads)

@@ -116,7 +116,7 @@ def test_bad_input_writes_nothing(touches, subskin, options, code, said):
 
 
 def test_options_of_blind_need_it(touches, subskin):
-    ran = subskin("calibrate", "finger.toml", "readings.csv", "--gain-error", "5 %")
+    ran = subskin("calibrate", "finger.toml", "readings.csv", "--depth-error", "5 %")
     assert ran.code == 2
     assert "--blind" in ran.err
 

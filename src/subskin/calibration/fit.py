@@ -27,9 +27,10 @@ _ORDER = (1, 2, 0)
 _Shares: TypeAlias = dict[tuple[int, int], FloatArray]
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
-_ENOUGH, _LOST, _ALONE, _RARE = 12, 0.1, 3.0, 32
+_ENOUGH, _LOST, _ALONE, _RARE, _FITS = 12, 0.1, 3.0, 32, 0.95
 """A reading is lost, of so many touches at least, that is off by this share of the sensor's range and so many times as
-far as the others; of every 32 touches one may have lost a reading too."""
+far as the others; of every 32 touches one may have lost a reading too. The model fits the others by this R^2: one that
+does not fit is not mended by leaving out what it fits worst."""
 _MOVES = 10.0
 """Noises from lowest to highest reading (noise alone: 8 in ten thousand touches) beyond which a sensor works."""
 _HEIGHTS = (1.3, 2.0, 5.0, 20.0)
@@ -277,12 +278,13 @@ class Fit(Frozen):
         off = part._off(self.data)
         own, off[touch, i] = float(off[touch, i]), 0.0
         others = float(np.sort(off.max(axis=1))[-1 - len(off) // _RARE])
-        return part if own > max(_LOST, _ALONE * others) else None
+        fits = score(part.data, part.modelled, np.ones(len(part.noise), dtype=bool)).r2 > _FITS
+        return part if fits and own > max(_LOST, _ALONE * others) else None
 
     def _off(self, data: FloatArray) -> FloatArray:
         """How far readings `data` (m, n) are off the fit, as a share of what each sensor ranges over."""
         span = np.array([max(float(np.ptp(c[np.isfinite(c)])), 1e-300) for c in data.T])
-        return np.nan_to_num(np.abs(data - self.modelled) / span)
+        return np.asarray(np.nan_to_num(np.abs(data - self.modelled) / span))
 
     def _gain_std(self) -> FloatArray:
         """Standard errors of the gains; 0 where they are not fitted."""
