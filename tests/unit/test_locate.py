@@ -254,7 +254,7 @@ def test_the_memos_figure_6():
     finger = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), ss.SensorArray.line(3, 2.5, 3.0, noise=1e-6))
     readings = -np.array([-0.04818657006233526, 0.17843539979101306, 0.19111641321350165])
     found = finger.locate(readings, search=(-5.0, 5.0))
-    assert found.status == ss.Status.OK
+    assert found.status == ss.Status.AMBIGUOUS  # three readings for three unknowns
     np.testing.assert_allclose(
         [found.position, found.angle, found.force], [1.5, np.deg2rad(-22.5), 2 * np.pi / 3], rtol=1e-6
     )
@@ -278,6 +278,22 @@ def test_three_sensors_have_a_rival_where_eq_13_has_a_second_accepted_root():
         elif len(positions) == 1:
             assert not found.second.chi2 < 100
     assert ambiguous > 3
+
+
+def test_with_no_reading_to_spare_no_frame_is_ok():
+    """Random readings: three of a line load at any angle, four of a contact of any width or of a point beside."""
+    frames = np.random.default_rng(0).normal(size=(400, 4))
+    skin = ss.HalfSpace(ss.Material(young=1.0))
+    four, three = (ss.Finger(skin, ss.SensorArray.line(n, 1.0, 1.0, noise=1e-2)) for n in (4, 3))
+    for found in (
+        three.locate(frames[:, :3]), four.fit(frames), four.locate(frames, load="point"),
+        four.locate(np.where(np.arange(4) < 3, frames, np.nan)), four.locate(frames, load="either"),
+    ):  # fmt: skip
+        assert not found.ok.any()
+    touch = ss.LineLoad(1.0, 0.2, 0.3)
+    assert not three.locate(three.read(touch)).ok
+    assert three.locate(three.read(ss.LineLoad(1.0, 0.0, 0.3)), friction=0).ok
+    assert four.locate(four.read(touch)).ok
 
 
 def test_a_load_at_the_end_of_the_search_is_not_sure():
@@ -327,7 +343,8 @@ def test_an_estimate_says_in_a_line_what_it_holds():
     tip = ss.Finger(skin, ss.SensorArray.line(4, pitch=2e-3, depth=2e-3, noise=1e-4))
     frames = np.stack([tip.read(ss.LineLoad(40.0, 0.1, 1e-3)), np.zeros(4), np.zeros(4)])
     assert repr(tip.locate(frames)).splitlines()[0] == "Estimate of 3 frames: 1 OK, 2 NO_CONTACT"
-    assert repr(tip.fit(frames[0])).startswith("Estimate(OK, position ")
+    assert repr(tip.fit(frames[0])).startswith("Estimate(AMBIGUOUS, position ")
+    assert repr(tip.locate(frames[0])).startswith("Estimate(OK, position ")
     with pytest.raises(ss.errors.InvalidValueError, match="numbers are needed"):
         tip.locate(["a", "b", "c", "d"])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import subskin as ss
 from subskin.decide import Friction, SlipVerdict, least_force, slip
@@ -101,3 +102,56 @@ def test_what_a_row_does_not_tell_is_refused():
         slip(beside, 0.5)
     with pytest.raises(ss.errors.InvalidValueError, match="one component of drag"):
         Friction.between(0.3, 0.6).updated(slips=estimate(LOADS))
+
+
+def beyond_by_sums(mean, square, ratios):
+    """P(|T| > q N) for each of the `ratios`: N given the drag is normal, and the drag is summed over a grid."""
+    to_drag = square[0, 1:] @ np.linalg.inv(square[1:, 1:])
+    spread = np.sqrt(square[0, 0] - to_drag @ square[1:, 0])
+    root = np.linalg.cholesky(square[1:, 1:])
+    steps = np.linspace(-8.0, 8.0, 401)
+    y, z = np.moveaxis(np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1) @ root.T, -1, 0)
+    weight = norm.pdf(steps)[:, None] * norm.pdf(steps) * (steps[1] - steps[0]) ** 2
+    normal = mean[0] + to_drag[0] * y + to_drag[1] * z
+    drag = np.hypot(mean[1] + y, mean[2] + z)
+    return np.array([(weight * norm.sf((normal - drag / q) / spread)).sum() for q in ratios])[()]
+
+
+@pytest.mark.parametrize(("scale", "off"), [(1e-6, 1e-9), (1e-2, 2e-6), (1.0, 1e-3), (25.0, 2e-3)])
+def test_the_probability_is_the_integral(scale, off):
+    """Errors from a thousandth of the drag, by which the cone looks flat, to errors as large as the forces."""
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        drag, azimuth = rng.uniform(0.05, 0.6), rng.uniform(-np.pi, np.pi)
+        mean = np.array([1.0, drag * np.cos(azimuth), drag * np.sin(azimuth)])
+        root = rng.normal(size=(3, 3))
+        square = scale * 1e-2 * (root @ root.T / 3 + 0.5 * np.eye(3))
+        mu = drag + rng.uniform(-2.0, 2.0) * np.sqrt(np.trace(square) / 3)
+        if mu > 0.02:
+            found = slip(estimate(mean, square), mu).probability[0]
+            np.testing.assert_allclose(found, beyond_by_sums(mean, square, [mu])[0], atol=off)
+        friction, middles = Friction.between(0.2, 0.7), 0.2 + 0.5 * (np.arange(40) + 0.5) / 40
+        if scale > 1e-3:  # else the sum over mu is the coarser one
+            found = slip(estimate(mean, square), friction).probability[0]
+            wanted = beyond_by_sums(mean, square, middles).mean()
+            np.testing.assert_allclose(found, wanted, atol=off + 2e-4)
+
+
+@pytest.mark.parametrize("friction", [0.5, Friction.between(0.2, 0.9), Friction.normal(0.5, 0.1)], ids=str)
+@pytest.mark.parametrize("scale", [1e-4, 1.0])
+def test_at_the_least_force_and_at_the_ends_of_the_ratio_the_probability_is_the_one_asked_for(friction, scale):
+    rng = np.random.default_rng(1)
+    drag = rng.uniform(0.1, 0.6, (20, 2))
+    loads = np.column_stack([np.ones(20), drag])
+    made = estimate(loads, scale * SQUARE)
+    for bound in (0.2, 1e-3, 1e-6):
+        force = least_force(made, friction, bound)
+        again = slip(estimate(np.column_stack([force, drag]), scale * SQUARE), friction).probability
+        np.testing.assert_allclose(again, bound, rtol=1e-3)
+    for end, share in zip(slip(made, friction).ratio_interval.T, (0.975, 0.025), strict=True):
+        # a drag as large a part of mu N as that is one of a friction that is so much less
+        known = isinstance(friction, float)
+        less = friction * end if known else None
+        for k in range(0, 20, 7):
+            mu = less[k] if known else Friction(np.asarray(friction.edges) * end[k], np.asarray(friction.masses))
+            np.testing.assert_allclose(slip(made, mu).probability[k], share, rtol=1e-3)

@@ -70,6 +70,8 @@ def test_locate_is_as_often_unsure_as_foretold(name):
     finger, off = FINGERS[name]
     quality, found = foretold_and_found(finger)
     often = (found.status == ss.Status.AMBIGUOUS).mean(-1)
+    if len(finger.array) == 3:  # no reading to spare: what is foretold is how often another load explains as well
+        often = (found.second.chi2 < 13.8).mean(-1)
     # what is random of the mean of so many frames, and what the formula leaves out (docs/placement.md)
     random = 4 * np.sqrt(0.25 / found.status.size)
     assert abs(quality.ambiguous.mean() - often.mean()) < off + random

@@ -7,6 +7,7 @@ holds of the drag, by the limit surface of the contact.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -15,28 +16,25 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..estimate import Estimate, Status
-from ._cone_kernel import CELL, EDGE, SURE, fill_beyond, fill_cells
+from ..estimate import Estimate, Layout, Status
+from ._cone_kernel import CELL, EDGE, SURE, fill_cells
+from ._drag_kernel import drag_frames, fill_beyond, fill_levels
+from ._drag_lines import hermite
 from .stick import drag_held, effective_drag, friction_arm, moment_held
 
 __all__ = [
-    "Forces", "beyond", "cells_beyond", "checked", "falling_root", "forces_of", "margin", "of_frames", "picked",
+    "Forces", "beyond", "cells_beyond", "checked", "forces_of", "levels", "margin", "of_frames", "picked",
     "widths",
 ]  # fmt: skip
 
 BoolArray = npt.NDArray[np.bool_]
 
 _BLOCK, _SURFACE_BLOCK = 1 << 18, 1 << 21
+_DOUBLINGS, _FARTHEST = 80, np.log(1e9)
 
 
-def _hermite(count: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights of Gauss and Hermite's rule for a standard normal variable."""
-    nodes, weights = np.polynomial.hermite_e.hermegauss(count)
-    return nodes, weights / weights.sum()
-
-
-_RULE, _FEW = _hermite(32), _hermite(12)
-"""Without a moment, and with one."""
+_FEW = hermite(12)
+"""The rule with a moment."""
 
 
 class Forces(NamedTuple):
@@ -75,7 +73,7 @@ class Forces(NamedTuple):
         """Whether a moment was fitted."""
         return bool(self.mean.shape[-1] > 3)
 
-    def at(self, index: npt.NDArray[np.intp]) -> Forces:
+    def at(self, index: npt.NDArray[np.intp] | slice) -> Forces:
         """The frames of a flat index."""
         k = self.mean.shape[-1]
         return Forces(self.mean.reshape(-1, k)[index], self.covariance.reshape(-1, k, k)[index], self.law)
@@ -96,6 +94,13 @@ def forces_of(estimate: Estimate, contact: str = "hertz") -> tuple[Forces, BoolA
     """
     checked(estimate)
     at, widest = estimate.layout, estimate.friction
+    if at.dim == 2 and not at.twist:
+        shape, table = estimate.shape, estimate.table.reshape(-1, at.columns)
+        mean, covariance = np.empty((len(table), 3)), np.empty((len(table), 3, 3))
+        told, edge = np.empty(len(table), dtype=bool), np.empty(len(table), dtype=bool)
+        drag_frames(table, _columns(at), widest, mean, covariance, told, edge)
+        load = Forces(mean.reshape(*shape, 3), covariance.reshape(*shape, 3, 3))
+        return load, told.reshape(shape), edge.reshape(shape)
     d, k = at.dim, 2 * at.dim + 1 + 2 * at.twist
     square = estimate.table[..., at.square[d:k, d:k]]  # of the components, and the half width and the moment
     load = Forces(np.asarray(estimate.load.components), np.asarray(square))
@@ -111,28 +116,31 @@ def forces_of(estimate: Estimate, contact: str = "hertz") -> tuple[Forces, BoolA
     return load, told, edge
 
 
+@lru_cache(maxsize=16)
+def _columns(layout: Layout) -> npt.NDArray[np.intp]:
+    """Of `drag_frames`."""
+    return np.array([layout.components, layout.status, *layout.square[2:5, 2:5].ravel()], dtype=np.intp)
+
+
 def _along_drag(estimate: Estimate, load: Forces, contact: str) -> Forces:
     """The same in axes along the drag that was found and across it; a moment as a force.
 
     The moment is divided by the friction arm of a `contact` as wide as was found, whose error is carried along. Where
     the width may be 0 the moment's error is infinite.
     """
-    moment, parts = estimate.load.moment, load.mean
+    moment, parts = np.asarray(estimate.load.moment), load.mean
     drag = np.hypot(parts[..., 1], parts[..., 2])
     known = drag > 0
     y, z = (np.where(known, parts[..., k] / np.where(known, drag, 1.0), 2.0 - k) for k in (1, 2))
-    mean = np.stack([parts[..., 0], drag, np.zeros_like(drag)], axis=-1)
-    turn = np.zeros((*drag.shape, 3 if moment is None else 4, load.covariance.shape[-1]))
-    turn[..., 0, 0] = 1.0
-    turn[..., 1, 1], turn[..., 1, 2], turn[..., 2, 1], turn[..., 2, 2] = y, z, -z, y
-    if moment is None:
-        return Forces(mean, turn @ load.covariance @ np.swapaxes(turn, -1, -2))
     arm, width = friction_arm(contact), np.where(estimate.half_width > 0, estimate.half_width, np.inf)
     turning = np.abs(moment) / (arm * width)
+    turn = np.zeros((*drag.shape, 4, load.covariance.shape[-1]))
+    turn[..., 0, 0] = 1.0
+    turn[..., 1, 1], turn[..., 1, 2], turn[..., 2, 1], turn[..., 2, 2] = y, z, -z, y
     turn[..., 3, 3], turn[..., 3, 4] = -turning / width, np.where(moment < 0, -1.0, 1.0) / (arm * width)
     covariance = turn @ load.covariance @ np.swapaxes(turn, -1, -2)
     covariance[..., 3, 3] = np.where(estimate.half_width_interval[..., 0] > 0, covariance[..., 3, 3], np.inf)
-    return Forces(np.concatenate([mean, turning[..., None]], axis=-1), covariance, contact)
+    return Forces(np.stack([parts[..., 0], drag, np.zeros_like(drag), turning], axis=-1), covariance, contact)
 
 
 def checked(estimate: Estimate) -> Estimate:
@@ -188,9 +196,8 @@ def _both(load: Forces, edges: FloatArray) -> FloatArray:
 def beyond(load: Forces, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLike = 1.0) -> FloatArray:
     """P(|T| > scale mu N) over the errors of the load and the density of mu, shape (frames,).
 
-    load and scale (frames,); edges (frames or 1, k + 1), masses (frames or 1, k). On an area Gauss and Hermite's rule
-    over the drag across and over N, the normal distribution's tails for the drag along, Gauss and Legendre's rule over
-    mu in each cell. With a moment the limit surface takes the place of mu N.
+    load and scale (frames,); edges (frames or 1, k + 1), masses (frames or 1, k). With a moment it is the part
+    beyond the limit surface.
     """
     frames = load.normal.size
     factor = np.broadcast_to(np.asarray(scale, dtype=np.float64), (frames,))
@@ -198,8 +205,7 @@ def beyond(load: Forces, edges: FloatArray, masses: FloatArray, scale: npt.Array
     if load.turns:
         return _beyond_surface(load, edges, masses, factor)
     if load.on_area:
-        given = (*load[:2], edges, masses, factor, *_RULE)
-        fill_beyond(*(np.array(v, dtype=np.float64, order="C") for v in given), out)  # compiled for what can be written
+        fill_beyond(*_written(*load[:2], edges, masses, factor), out)
         return out
     every = np.arange(frames)
     for index in np.split(every, every[:: max(1, _BLOCK // masses.shape[-1])][1:]):
@@ -208,10 +214,58 @@ def beyond(load: Forces, edges: FloatArray, masses: FloatArray, scale: npt.Array
     return out
 
 
+def _written(*given: FloatArray) -> list[FloatArray]:
+    """Copies: loops are compiled for arrays that can be written and are alike in memory."""
+    return [np.array(v, dtype=np.float64, order="C") for v in given]
+
+
+def levels(load: Forces, edges: FloatArray, masses: FloatArray, probability: float, *, by_ratio: bool) -> FloatArray:
+    """Where |T| > r mu N with a `probability`: the r (frames,) by ratio, else the normal force, r being 1.
+
+    0 where the load slips less often for any of these, infinite where for all it slips more often; edges and masses as
+    of `beyond`.
+    """
+    if load.turns:
+        return _levels(load, edges, masses, probability, by_ratio)
+    out = np.empty(load.normal.size)
+    fill_levels(*_written(*load[:2], edges, masses), probability, by_ratio, out)
+    if not load.on_area:
+        pressed = load.normal if by_ratio else out
+        index = np.flatnonzero(~(pressed >= SURE * np.sqrt(load.covariance[:, 0, 0])))
+        if index.size:
+            out[index] = _levels(load.at(index), picked(edges, index), picked(masses, index), probability, by_ratio)
+    return out
+
+
+def _levels(load: Forces, edges: FloatArray, masses: FloatArray, probability: float, by_ratio: bool) -> FloatArray:
+    """As `levels`, by `beyond`: of loads that turn, and of those of a row that may pull."""
+    from scipy.optimize.elementwise import bracket_root, find_root
+
+    def excess(x: FloatArray, at: npt.NDArray[np.intp]) -> FloatArray:
+        part, scale = (load.at(at), np.exp(x)) if by_ratio else (load.at(at).with_(x), 1.0)
+        slips = beyond(part, picked(edges, at), picked(masses, at), scale)
+        # tails are nearly straight in the logarithm
+        return np.asarray(np.log(np.maximum(slips, 1e-300)) - np.log(probability))
+
+    frames = load.normal.size
+    f: Callable[..., FloatArray] = excess
+    least, every = -_FARTHEST if by_ratio else 0.0, np.arange(frames)
+    out = np.where(excess(np.full(frames, least), every) <= 0, least, np.inf)
+    index = np.flatnonzero(out > least)
+    size = np.abs(load.tangential) + np.sqrt(load.covariance[:, 1, 1]) + np.sqrt(load.covariance[:, 0, 0])
+    guess = np.zeros(index.size) if by_ratio else size[index]
+    ends = bracket_root(f, np.full(index.size, least), guess, xmin=least, args=(index,), maxiter=_DOUBLINGS)
+    low, high = (np.asarray(end)[ends.success] for end in ends.bracket)
+    index = index[ends.success]
+    exact = {"xatol": 0.0, "xrtol": 1e-12, "fatol": 0.0, "frtol": 0.0}
+    out[index] = find_root(f, (low, high), args=(index,), tolerances=exact).x
+    return np.exp(out) * (out > least) if by_ratio else out
+
+
 def margin(load: Forces, mean: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """What is left of mu N by the drag that counts, its standard deviation, and that drag over mu N; all (frames,).
 
-    mean, std: of mu. Of loads on an area.
+    mean, std: of mu. Of loads that turn.
     """
     whole, slope = _steepness(load)
     slope[:, 0] = -mean
@@ -226,9 +280,6 @@ def margin(load: Forces, mean: FloatArray, std: FloatArray) -> tuple[FloatArray,
 def _steepness(load: Forces) -> tuple[FloatArray, FloatArray]:
     """The drag alone that is as near to slipping (frames,), and how it grows with the load (frames, k)."""
     slope = np.zeros_like(load.mean)
-    if not load.turns:
-        slope[:, 1] = 1.0
-        return load.tangential, slope
     t, m = load.tangential, load.turning
     whole = effective_drag(t, m, load.law)
     h = 1e-3 * whole + 1e-300
@@ -280,18 +331,6 @@ def _tails(load: Forces, edges: FloatArray, masses: FloatArray, scale: FloatArra
         p = ndtr((own[:, None] - cut) / spread) + ndtr((-own[:, None] - cut) / spread)
         total += 0.5 * np.einsum("fkg,fk,g->f", p, np.broadcast_to(masses, p.shape[:2]), share)
     return total
-
-
-def falling_root(
-    f: Callable[..., FloatArray], low: FloatArray, high: FloatArray, index: npt.NDArray[np.intp]
-) -> FloatArray:
-    """Where f(x, index) falls through 0 between `low` and `high` (n,), to 1e-12 of x; f > 0 at low, <= 0 at high."""
-    from scipy.optimize.elementwise import find_root
-
-    found = find_root(
-        f, (low, high), args=(index,), tolerances={"xatol": 0.0, "xrtol": 1e-12, "fatol": 0.0, "frtol": 0.0}
-    )
-    return np.asarray(found.x)
 
 
 def of_frames(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:

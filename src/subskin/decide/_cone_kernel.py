@@ -1,6 +1,6 @@
-"""How much of a Gaussian load lies beyond the friction cone: compiled loops.
+"""How much of a Gaussian load lies beyond the friction cone, of a drag with one component: compiled loops.
 
-Of a drag with one component cell by cell of the density of mu; with two, by rules over the drag across and over N.
+Cell by cell of the density of mu.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from .._compiled import compiled
 from ..estimate import Status
 
 __all__ = [
+    "AMBIGUOUS",
     "CELL",
     "CUT_OFF",
     "EDGE",
@@ -22,6 +23,7 @@ __all__ = [
     "MARGIN",
     "MARGIN_STD",
     "NORMAL",
+    "OK",
     "PROBABILITY",
     "RATIO",
     "SURE",
@@ -29,8 +31,8 @@ __all__ = [
     "UNSURE",
     "VERDICT",
     "SlipVerdict",
-    "fill_beyond",
     "fill_cells",
+    "fill_row",
     "judge_frames",
 ]  # fmt: skip
 
@@ -58,7 +60,7 @@ NORMAL, TANGENTIAL, MARGIN, MARGIN_STD, PROBABILITY, RATIO, VERDICT, CUT_OFF, UN
 be counted twice: unsure."""
 JUDGED = 9
 
-_OK, _AMBIGUOUS, _CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipVerdict.CANNOT_TELL)
+OK, AMBIGUOUS, _CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipVerdict.CANNOT_TELL)
 
 _HALF = math.sqrt(0.5)
 _BELL = 1 / math.sqrt(2 * math.pi)
@@ -66,10 +68,6 @@ _SURELY = 39.0
 """Beyond this Phi is 0, and the density too, to the last bit that a float has."""
 _FAR = 10.0
 """Squares of z that differ by the square of this: Phi of one is less than the last bit of the other's."""
-_CERTAIN = 8.3
-"""Standard deviations beyond which a load on an area slips, or holds, for certain: the rest is 5e-17."""
-_LIGHT = 1e-14
-"""Weights of the rule below which its nodes are passed over: all of them together are 1e-11."""
 CELL = 0.5 / math.sqrt(3.0)
 """Gauss and Legendre's two nodes in a cell of the density of mu, from its middle, in widths of the cell."""
 _CLOSE = 0.02
@@ -116,7 +114,7 @@ def _width(t: float, n: float, nn: float, nt: float, tt: float, mu: float) -> fl
 
 
 @compiled(exact=True)
-def _fill(
+def fill_row(
     n: float, t: float, nn: float, nt: float, tt: float, edges: FloatArray, scale: float, out: FloatArray
 ) -> None:  # fmt: skip
     """P(T > mu N) + P(-T > mu N) in each cell of the density of mu.
@@ -173,7 +171,7 @@ def fill_cells(mean: FloatArray, covariance: FloatArray, edges: FloatArray, scal
     """
     for i in range(out.shape[0]):
         row, c = edges[min(i, edges.shape[0] - 1)], covariance[i]
-        _fill(mean[i, 0], mean[i, 1], c[0, 0], c[0, 1], c[1, 1], row, scale[i], out[i])
+        fill_row(mean[i, 0], mean[i, 1], c[0, 0], c[0, 1], c[1, 1], row, scale[i], out[i])
 
 
 @compiled(exact=True, frames="table")
@@ -192,7 +190,7 @@ def judge_frames(
         n, t, nn, nt, tt = table[i, c_n], table[i, c_n + 1], table[i, c_nn], table[i, c_nt], table[i, c_tt]
         row = min(i, edges.shape[0] - 1)
         mean, std, most = facts[row]
-        found = table[i, c_status] == _OK or table[i, c_status] == _AMBIGUOUS
+        found = table[i, c_status] == OK or table[i, c_status] == AMBIGUOUS
         out[i] = np.nan
         out[i, CUT_OFF] = found and math.isfinite(widest) and abs(t) >= widest * n * (1 - EDGE)
         out[i, VERDICT], out[i, UNSURE] = _CANNOT_TELL, 0.0
@@ -201,7 +199,7 @@ def judge_frames(
             continue
         if out[i, CUT_OFF] and widest < most:
             continue
-        _fill(n, t, nn, nt, tt, edges[row], 1.0, cells)
+        fill_row(n, t, nn, nt, tt, edges[row], 1.0, cells)
         total = 0.0
         for k in range(cells.size):
             total += min(cells[k], 1.0) * masses[row, k]
@@ -211,64 +209,5 @@ def judge_frames(
         out[i, MARGIN_STD] = math.sqrt(max(across + std * std * (n * n + nn), 0.0))
         out[i, RATIO] = abs(t) / (mean * n) if t != 0 else 0.0
         out[i, UNSURE] = n < SURE * math.sqrt(nn)
-        if table[i, c_status] == _OK:
+        if table[i, c_status] == OK:
             out[i, VERDICT] = (total >= limits[0]) + (total >= limits[1])
-
-
-@compiled(inline=True, exact=True)
-def _above(z: float) -> float:
-    """Phi(z)."""
-    return 0.5 * math.erfc(-_HALF * z) if z > -_CERTAIN else 0.0
-
-
-@compiled(exact=True, frames="mean")
-def fill_beyond(
-    mean: FloatArray, covariance: FloatArray, edges: FloatArray, masses: FloatArray, scale: FloatArray,
-    nodes: FloatArray, weights: FloatArray, out: FloatArray,
-) -> None:  # fmt: skip
-    """P(|T| > scale mu N) of each frame on an area; edges (frames or 1, k + 1), masses alike.
-
-    mean (frames, 3), covariance (frames, 3, 3): of N, the drag along what was found, and the drag across it;
-    nodes and weights are those of Gauss and Hermite's rule, for the drag across and for N; the drag along has the
-    normal distribution's tails, and mu Gauss and Legendre's rule in each cell. The more friction, the less slips: of
-    the cells only those are looked at in which it is not certain.
-    """
-    for f in range(out.size):
-        row = min(f, edges.shape[0] - 1)
-        ends, mass = edges[row], masses[row]
-        n, t, c = mean[f, 0], mean[f, 1], covariance[f]
-        nn, nt, tt, nc, tc, cc = c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2], c[2, 2]
-        share = nc / cc if cc > 0 else 0.0
-        turn = tc / cc if cc > 0 else 0.0
-        rest_nn, rest_nt, rest_tt = nn - share * nc, nt - share * tc, tt - turn * tc
-        floor = 1e-24 * (n * n + t * t) + 1e-300
-        lean = rest_nt / rest_nn if rest_nn > floor else 0.0
-        spread = math.sqrt(max(rest_tt - lean * rest_nt, floor))
-        root, wide = math.sqrt(max(cc, 0.0)), math.sqrt(max(rest_nn, 0.0))
-        total = 0.0
-        for i in range(nodes.size):
-            across = root * nodes[i]
-            square = across * across
-            for j in range(nodes.size):
-                weight = weights[i] * weights[j]
-                if weight < _LIGHT:
-                    continue
-                normal = scale[f] * max(n + share * across + wide * nodes[j], 0.0)
-                middle = abs(t + turn * across + lean * (wide * nodes[j]))
-                slides, holds = middle - _CERTAIN * spread, middle + _CERTAIN * spread
-                least = square + slides * slides if slides > 0 else -1.0
-                most = square + holds * holds
-                slipped = 0.0
-                for k in range(mass.size):
-                    low, high = normal * ends[k], normal * ends[k + 1]
-                    if high * high <= least or normal == 0:
-                        slipped += mass[k]
-                        continue
-                    if low * low >= most:
-                        break
-                    for side in (-1.0, 1.0):
-                        hold = 0.5 * (low + high) + side * CELL * (high - low)
-                        cut = math.sqrt(max(hold * hold - square, 0.0))
-                        slipped += 0.5 * mass[k] * (_above((middle - cut) / spread) + _above((-middle - cut) / spread))
-                total += weight * slipped
-        out[f] = min(max(total, 0.0), 1.0)

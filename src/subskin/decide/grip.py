@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import numpy.typing as npt
 
@@ -11,12 +9,10 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate
-from ._cone import beyond, falling_root, forces_of, picked
+from ._cone import forces_of, levels
 from .friction import Friction, density_of, friction_of
 
 __all__ = ["least_force"]
-
-_DOUBLINGS = 80
 
 
 def least_force(
@@ -85,14 +81,7 @@ def least_force(
         covariance[..., 1, 1] += spread**2
         load = load.with_(tangential=load.tangential + change)._replace(covariance=covariance).at(index)
         edges, masses = density_of(mu, shape, index)
-
-        def excess(normal: FloatArray, at: npt.NDArray[np.intp]) -> FloatArray:
-            slips = beyond(load.at(at).with_(normal), picked(edges, at), picked(masses, at))
-            # tails are nearly straight in the logarithm
-            return np.asarray(np.log(np.maximum(slips, 1e-300)) - np.log(bound))
-
-        spreads = np.sqrt(np.diagonal(load.covariance, axis1=1, axis2=2)[:, :2]).sum(axis=-1)
-        out[index] = _falls_below(excess, np.abs(load.tangential) + spreads)
+        out[index] = levels(load, edges, masses, bound, by_ratio=False)
     return _check.read_only(out.reshape(shape))
 
 
@@ -100,17 +89,3 @@ def _fits(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
     if _check.broadcast(**{name: values, "estimate": np.empty(shape)}) != shape:
         seen = f"{name} of shape {values.shape}, frames of shape {shape}"
         raise GeometryError(seen, "one for each, or one for all", f"{name}=0.0")
-
-
-def _falls_below(excess: Callable[..., FloatArray], scale: FloatArray) -> FloatArray:
-    """The least normal force >= 0 at which `excess` is no more than 0, from a first guess of its size."""
-    from scipy.optimize.elementwise import bracket_root
-
-    every = np.arange(scale.size)
-    out = np.where(excess(np.zeros(scale.size), every) <= 0, 0.0, np.inf)
-    index = np.flatnonzero(out > 0)
-    ends = bracket_root(excess, np.zeros(index.size), scale[index], xmin=0.0, args=(index,), maxiter=_DOUBLINGS)
-    low, high = (np.asarray(end)[ends.success] for end in ends.bracket)
-    index = index[ends.success]
-    out[index] = falling_root(excess, low, high, index)
-    return out

@@ -18,18 +18,19 @@ from ..estimate import Estimate, Layout, Status
 from ..estimate.shown import Shown, in_html, in_words
 from ..pressing import Indenter, LocalIndenter
 from ..skin import Skin
-from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, margin, picked
+from ._cone import BoolArray, beyond, checked, forces_of, levels, margin, picked
 from ._cone_kernel import CUT_OFF, JUDGED, PROBABILITY, RATIO, UNSURE, VERDICT, SlipVerdict, judge_frames
+from ._drag_kernel import judge_drags
 from .friction import Friction, density_of, friction_of, rows_of
 from .stick import checked_contact, friction_arm, stick_share, stick_zone
 
 __all__ = ["Slip", "slip"]
 
 _INTERVAL = (0.025, 0.975)
-_FARTHEST = 1e9
 _THRESHOLDS = (1e-3, 0.5)
 _USUAL = _check.read_only(np.array(_THRESHOLDS))
 _COLUMNS = ("normal", "tangential", "margin", "margin_std", "probability", "ratio")
+_ALL = np.s_[:]
 _NAMES = {int(verdict): verdict.name for verdict in SlipVerdict}
 
 
@@ -146,7 +147,7 @@ class Slip(Frozen):
             load = forces_of(self.estimate, self.contact)[0].at(told)
             edges, masses = density_of(self.friction, self.shape, told)
             for column, below in enumerate(_INTERVAL):
-                out[told, column] = _ratio_at(load, edges, masses, 1 - below)
+                out[told, column] = levels(load, edges, masses, 1 - below, by_ratio=True)
         return _check.read_only(out.reshape(*self.shape, 2))
 
     @cached_property
@@ -269,6 +270,10 @@ def _judge_area(
     edges, masses, facts = every
     load, told, edge = forces_of(estimate, contact)
     told, edge = told.reshape(-1), edge.reshape(-1)
+    if not load.turns:
+        flat, status = load.at(_ALL), estimate.table[..., estimate.layout.status].reshape(-1)
+        judge_drags(*flat[:2], told, edge, status, estimate.friction, *every, limits, rows)
+        return
     rows[:], rows[:, VERDICT], rows[:, UNSURE], rows[:, CUT_OFF] = np.nan, SlipVerdict.CANNOT_TELL, 0.0, edge
     most = np.broadcast_to(facts[:, 2], told.shape)
     index = np.flatnonzero(told & (load.normal.reshape(-1) > 0) & ~(edge & (estimate.friction < most)))
@@ -298,19 +303,3 @@ def _thresholds(values: Any) -> FloatArray:
         seen = f"thresholds = {values!r}"
         raise InvalidValueError(seen, "two probabilities, ascending, are needed", "thresholds=(1e-3, 0.5)")
     return pair
-
-
-def _ratio_at(load: Forces, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
-    """The r for which |T| > r mu N with a probability, shape (frames,)."""
-
-    def f(logarithm: FloatArray, index: npt.NDArray[np.intp]) -> FloatArray:
-        p = beyond(load.at(index), picked(edges, index), picked(masses, index), np.exp(logarithm))
-        return np.asarray(p - probability)
-
-    end = np.full(load.normal.size, np.log(_FARTHEST))
-    every = np.arange(end.size)
-    out = np.where(f(end, every) > 0, np.inf, 0.0)
-    index = np.flatnonzero((out == 0) & (f(-end, every) > 0))
-    if index.size:
-        out[index] = np.exp(falling_root(f, -end[index], end[index], index))
-    return out

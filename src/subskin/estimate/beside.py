@@ -306,7 +306,7 @@ class EitherLocator:
         far = (counts & (np.abs(at - mean) > np.minimum(_FAR * table[..., _STD], 3 * self.point.open))).any(axis=0)
         either = np.stack([line.status, point.status])
         ok = ~(counts & (either != Status.OK)).any(axis=0) & (table[..., _STD] < self.point.open) & ~far
-        # a point that takes up every reading, and may stand elsewhere as well: how probable it is, is not known
+        # a point that takes up every reading: how probable it is, is not known
         ok &= (either[1] != Status.AMBIGUOUS) | (point.spare > 0)
         table[..., _STATUS] = np.where(ok, Status.OK, Status.AMBIGUOUS)
         none = ~counts.any(axis=0)
@@ -363,8 +363,9 @@ def _evidence(found: Estimate, locator: Locator, covariance: FloatArray, drags: 
     keep = [0, 1, *([2] if drags is not None else []), *([3] if layout.wide else [])]
     square = covariance[..., keep, :][..., keep] / (sizes[..., :, None] * sizes[..., None, :])
     cut &= np.isfinite(square).all(axis=(-2, -1))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        information = np.linalg.inv(np.where(cut[..., None, None], square, np.eye(len(keep)))) + 12 * np.eye(len(keep))
-        _, log_det = np.linalg.slogdet(information)
+    square = np.where(cut[..., None, None], square, np.eye(len(keep)))
+    # the information is that of the readings, square^-1, and that of what was possible before them, 12
+    log_det = np.linalg.slogdet(np.eye(len(keep)) + 12 * square)[1] - np.linalg.slogdet(square)[1]
+    with np.errstate(invalid="ignore"):
         value = -0.5 * (found.residual + log_det - len(keep) * np.log(2 * np.pi))
     return np.where(cut & np.isfinite(value), value, -np.inf)

@@ -17,7 +17,7 @@ from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 from ..response import Response
-from .estimate import Estimate
+from .estimate import Estimate, Status
 from .frames import Framewise, packed, scan_geometry, sensor_rows
 from .layout import LINE, SIZED_LINE, WIDE
 from .settle.uncertain import Uncertain, fill_settled, in_doubt
@@ -290,6 +290,14 @@ class Locator(Framewise):
         from .project import project_frames
 
         return project_frames
+
+    def _run(
+        self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
+    ) -> None:
+        super()._run(frames, pattern, out, doubt)
+        if frames.shape[1] <= self.unknowns:  # no reading is left that could speak against the answer
+            status = out[:, self._status]
+            status[status == Status.OK] = Status.AMBIGUOUS
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         if self._uncertain is None:

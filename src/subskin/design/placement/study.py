@@ -62,8 +62,9 @@ class PlacementQuality(Found):
         determine the load: "position" [m], on an area in its worst direction, "angle" [rad], "force", relative to it,
         and on an area "radius" [m].
     ambiguous, wrong, unfelt : ndarray
-        Probabilities that `locate` says AMBIGUOUS, that another load more than a tenth of a depth away fits better than
-        the true one, and that `locate` says NO_CONTACT. On an area that does not see a touch it is ambiguous, and the
+        Probabilities that another load leaves `locate` AMBIGUOUS, that one more than a tenth of a depth away fits
+        better than the true one, and that `locate` says NO_CONTACT. With no reading to spare every touch is AMBIGUOUS;
+        the share is then of those that two loads explain. On an area that does not see a touch it is ambiguous, and the
         others NaN.
     values : dict of str to float
         The maps in one number each: `PLACEMENT_MEASURES`, or `AREA_MEASURES`, described at `study_at_depth`. Also by
@@ -289,7 +290,7 @@ def study_at_depth(
         standard deviations: `position_worst`, `position_95`, `position_mean` [m], on an area in the direction in which
         it is worst; `angle_...` of the force's direction [rad]; `force_...`, relative to the force; `radius_...` [m],
         0 for points. They are infinite where a touch is not determined, which in a mean counts as known from `touches`
-        alone. `ambiguous`, `wrong`, `unfelt` [-]: shares of touches that `locate` calls AMBIGUOUS, for which another
+        alone. `ambiguous`, `wrong`, `unfelt` [-]: shares of touches that another load leaves AMBIGUOUS, for which another
         load more than a tenth of a depth away fits better, and that it calls NO_CONTACT. `log_det`: mean logarithm of
         the determinant of the Fisher information, of a row of position [m], logarithm of the force, and angle [rad].
         `rank`: unknowns that the readings tell at most; where it is too low all touches are ambiguous, and the other
