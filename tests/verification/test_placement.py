@@ -286,3 +286,27 @@ def test_the_largest_determinant_is_not_the_best_position():
     assert three["ambiguous"][chosen] > 0.08 > 50 * three["ambiguous"][best]
     six = rows(PLANE, ss.NormalStrain(), 1.0, pitches, [6], Touches(1.0, span=(-2, 2)), noise=noise, samples=5000)
     assert six["position_worst"][six["log_det"].argmax()] > 10 * six["position_worst"].min()
+
+
+@pytest.mark.parametrize("kind", [ss.MeanPressure(), ss.NormalStrain()], ids=["pressure", "strain"])
+def test_on_an_area_the_worst_touch_does_not_hang_on_the_grid(kind):
+    """Of ten thousand touches drawn from the area and the cone none is worse, by a bound of derivatives."""
+    unit = 1 / (2 * np.pi) if isinstance(kind, ss.MeanPressure) else FULL_SCALE
+    array = ss.SensorArray.grid((3, 3), pitch=1.5, depth=1.0, transducer=kind, noise=1e-3 * unit)
+    finger = ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
+    touches = Touches(force=1.0, friction=0.5, area=((-2.0, 2.0), (-1.5, 1.5)))
+    rough, fine = (placement_quality(finger, touches, grid=grid)["position_worst"] for grid in ((9, 6), (17, 10)))
+    np.testing.assert_allclose(rough, fine, rtol=0.01)
+    rng = np.random.default_rng(0)
+    # many at the ends of all three, where touches are worst
+    at = np.stack([rng.uniform(-2.5, 2.5, 10_000).clip(-2.0, 2.0), rng.uniform(-2, 2, 10_000).clip(-1.5, 1.5)], axis=-1)
+    angle, azimuth = np.arctan(0.5) * (2 * rng.random(10_000)).clip(max=1.0), rng.uniform(-np.pi, np.pi, 10_000)
+    load = np.stack([np.cos(angle), np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth)], axis=-1)
+    slopes = [finger.measure(ss.PointLoad(components=row, position=at)) for row in np.eye(3)]
+    for axis in np.eye(2):
+        ahead, back = (finger.measure(ss.PointLoad(components=load, position=at + s * axis)) for s in (1e-4, -1e-4))
+        slopes.insert(0, (ahead - back) / 2e-4)
+    jacobian = np.stack(slopes, axis=-1) / np.asarray(array.noise)[:, None]
+    covariance = np.linalg.inv(np.swapaxes(jacobian, 1, 2) @ jacobian)
+    widest = np.sqrt(np.linalg.eigvalsh(covariance[:, :2, :2])[:, -1].max())
+    assert 0.9 * rough < widest <= rough * (1 + 1e-3)

@@ -257,8 +257,9 @@ def _levels(load: Forces, edges: FloatArray, masses: FloatArray, probability: fl
     ends = bracket_root(f, np.full(index.size, least), guess, xmin=least, args=(index,), maxiter=_DOUBLINGS)
     low, high = (np.asarray(end)[ends.success] for end in ends.bracket)
     index = index[ends.success]
-    exact = {"xatol": 0.0, "xrtol": 1e-12, "fatol": 0.0, "frtol": 0.0}
-    out[index] = find_root(f, (low, high), args=(index,), tolerances=exact).x
+    out[index] = find_root(
+        f, (low, high), args=(index,), tolerances={"xatol": 0.0, "xrtol": 1e-12, "fatol": 0.0, "frtol": 0.0}
+    ).x
     return np.exp(out) * (out > least) if by_ratio else out
 
 

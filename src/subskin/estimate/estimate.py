@@ -29,7 +29,8 @@ class Status(IntEnum):
     OK = 0
     """One load explains the readings, and no other comes near."""
     AMBIGUOUS = 1
-    """Another load explains them nearly as well (`Estimate.second`), or the best one lies at the search's edge."""
+    """Another load explains them nearly as well (`Estimate.second`), the best one lies at the search's edge, or a load
+    explains any such readings (`Estimate.spare` is 0)."""
     NO_CONTACT = 2
     """Nothing beyond noise."""
     UNEXPLAINED = 3
@@ -320,7 +321,7 @@ class Estimate(_Found, FrameTable):
 
     @property
     def spare(self) -> npt.NDArray[np.intp]:
-        """Readings beyond the unknowns, shape (...); with 0 the residual says little."""
+        """Readings beyond the unknowns, shape (...); with 0 they cannot speak against the load, and it is AMBIGUOUS."""
         return np.asarray(np.maximum(self.used.sum(axis=-1) - self.unknowns, 0))
 
     @property

@@ -28,7 +28,8 @@ from .layout import Channel
 MAPS = ("position", "force", "angle", "log_det", *SHARES)
 """Rows of a survey, in the order of the compiled code."""
 
-_PEAKS = 6
+_PEAKS, _UPHILL = 24, 30
+"""Of a grid on an area, from which the largest standard deviation is looked for, and steps to it."""
 _PIECE, _EXACT = 12.0, 1e-9
 """Depths from the middle of a table to where the next piece of it begins; error beside its largest value."""
 _CELLS = 16
@@ -124,12 +125,12 @@ class RowField(Frozen):
         return Judged(positions, load, weight, std, shares, values)
 
 
-def _highest(heights: FloatArray) -> npt.NDArray[np.intp]:
-    """Indices of the highest few points that no neighbour exceeds, shape (m, 2)."""
+def _highest(heights: FloatArray, most: int = 6) -> npt.NDArray[np.intp]:
+    """Indices of the highest few points that no neighbour exceeds, shape (m, d)."""
     from scipy.ndimage import maximum_filter
 
     at = np.argwhere(heights >= maximum_filter(heights, size=3))
-    return at[np.argsort(-heights[tuple(at.T)], kind="stable")[:_PEAKS]]
+    return at[np.argsort(-heights[tuple(at.T)], kind="stable")[:most]]
 
 
 class OneSensor:
@@ -258,7 +259,8 @@ class AreaField(Frozen):
     def judged(self, asked: AskedTouches, box: FloatArray, *, maps: bool) -> Judged:
         """What is asked of touches over the area `box` (2, 2) [m]; `maps` are found beside the shares."""
         touches, p = asked.touches, asked.grid[0]
-        position, (load, leaning) = _grid_of(box, p), _loads_of(touches, asked.grid[1])
+        position, (angle, azimuth, leaning) = _grid_of(box, p), _leans_of(touches, asked.grid[1])
+        load = touches.leaning(angle, azimuth)
         side = np.ones(p)
         side[[0, -1]] = 0.5
         weight = np.multiply.outer(np.multiply.outer(side, side), leaning)
@@ -266,7 +268,13 @@ class AreaField(Frozen):
         told = self.told(position[..., None, :], load, touches)
         std, unknowns = told.stds(load), told.covariance.shape[-1] - (0 if touches.friction > 0 else 2)
         most = {"position": np.ptp(box, axis=1).max() / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
-        values = summed_up(std, weight, most | {"radius": np.inf})
+        nodes = [np.broadcast_to(v, weight.shape) for v in (position[..., :1], position[..., 1:], angle, azimuth)]
+        apart = np.maximum(np.ptp(box, axis=1) / (p - 1), 0.25 * float(self.response.depth.min()))
+        steps = np.array([*apart, 0.5 * touches.cone, np.pi / asked.grid[1]])
+        worst = {
+            name: self.worst(touches, name, values, np.stack(nodes, axis=-1), steps) for name, values in std.items()
+        }
+        values = summed_up(std, weight, most | {"radius": np.inf}, worst)
         values |= {"rank": float(told.rank.max()), "log_det": float((told.log_det * weight).sum())}
         found = {name: np.full(weight.shape, 1.0 if name == "ambiguous" else np.nan) for name in SHARES}
         values |= {name: float(share.flat[0]) for name, share in found.items()}
@@ -285,6 +293,33 @@ class AreaField(Frozen):
                 found = dict(zip(SHARES, each.T.reshape(-1, *weight.shape), strict=True))
         ordered = {name: values[name] for name in AREA_MEASURES}
         return Judged(position, load, weight, std, found, ordered, told.covariance, told.rank)
+
+    def worst(self, touches: Touches, name: str, std: FloatArray, nodes: FloatArray, steps: FloatArray) -> float:
+        """Largest of the standard deviations `std` (p, p, k), uphill from the highest of the `nodes` (p, p, k, 4).
+
+        These are y, z, angle and azimuth; from one to the next it is a step. Steps are halved where none leads up.
+        """
+        at = tuple(_highest(std, _PEAKS).T)
+        x, here = nodes[at], std[at]
+        if not (np.isfinite(here).all() and here.any()):
+            return float(here.max())
+        ends = nodes.reshape(-1, 4)
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        low[2:], high[2:] = (0.0, -np.inf), (touches.cone, np.inf)
+        moves, size, each = (
+            np.concatenate([np.diag(steps), -np.diag(steps)]),
+            np.ones((len(x), 1, 1)),
+            np.arange(len(x)),
+        )
+        for _ in range(_UPHILL):
+            tried = np.clip(x[:, None] + size * moves, low, high)
+            load = touches.leaning(tried[..., 2], tried[..., 3])
+            found = self.told(tried[..., :2], load, touches).stds(load)[name]
+            best = found.argmax(axis=1)
+            up = found[each, best] > here
+            x, here = np.where(up[:, None], tried[each, best], x), np.where(up, found[each, best], here)
+            size = np.where(up[:, None, None], size, 0.5 * size)
+        return float(here.max())
 
     def survey(
         self, touches: Touches, position: FloatArray, load: FloatArray, covariance: FloatArray, ambiguity: float
@@ -353,8 +388,8 @@ def _grid_of(box: FloatArray, count: int) -> FloatArray:
     return np.stack(np.meshgrid(*(np.linspace(low, high, count) for low, high in box), indexing="ij"), axis=-1)
 
 
-def _loads_of(touches: Touches, azimuths: int) -> tuple[FloatArray, FloatArray]:
-    """Loads straight down and to all sides (k, 3), and their weights (k,)."""
+def _leans_of(touches: Touches, azimuths: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Angles and azimuths of loads straight down and to all sides (k,) [rad], and their weights (k,)."""
     leans = [(0.0, 0.0, 1.0)]
     if touches.cone > 0:
         turns = 2 * np.pi * (np.arange(azimuths) + 0.25) / azimuths  # none along an axis of the array
@@ -362,4 +397,4 @@ def _loads_of(touches: Touches, azimuths: int) -> tuple[FloatArray, FloatArray]:
         for lean, share in zip(_LEANS[1:], _LEAN_WEIGHTS[1:], strict=True):
             leans += [(lean * touches.cone, turn, share / azimuths) for turn in turns]
     angle, azimuth, share = np.array(leans).T
-    return touches.leaning(angle, azimuth), share
+    return angle, azimuth, share

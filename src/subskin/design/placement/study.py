@@ -290,8 +290,8 @@ def study_at_depth(
         standard deviations: `position_worst`, `position_95`, `position_mean` [m], on an area in the direction in which
         it is worst; `angle_...` of the force's direction [rad]; `force_...`, relative to the force; `radius_...` [m],
         0 for points. They are infinite where a touch is not determined, which in a mean counts as known from `touches`
-        alone. `ambiguous`, `wrong`, `unfelt` [-]: shares of touches that another load leaves AMBIGUOUS, for which another
-        load more than a tenth of a depth away fits better, and that it calls NO_CONTACT. `log_det`: mean logarithm of
+        alone. `ambiguous`, `wrong`, `unfelt` [-]: shares of touches that another load leaves AMBIGUOUS, for which one
+        more than a tenth of a depth away fits better, and that `locate` calls NO_CONTACT. `log_det`: mean logarithm of
         the determinant of the Fisher information, of a row of position [m], logarithm of the force, and angle [rad].
         `rank`: unknowns that the readings tell at most; where it is too low all touches are ambiguous, and the other
         two shares NaN. All are NaN where sensors of their width would overlap, or the row would go round the skin.
