@@ -319,6 +319,18 @@ class TestStrains:
             ss.press(skin, ball, force=5.0, nodes=64)
         assert ss.press(skin, ball, force=5.0, nodes=64, max_strain=None).status == ss.pressing.PressStatus.OK
 
+    @pytest.mark.filterwarnings("ignore::subskin.errors.ValidityWarning")
+    def test_bodies_together_are_judged_one_by_one(self):
+        skin, ball = ss.HalfSpace(ss.Material(young=0.4e6)), ss.pressing.Sphere(4e-3)
+        pair = ss.pressing.Together([ball, ball], [(-8e-3, 0.0), (8e-3, 0.0)])
+        one = ss.press(skin, ball, force=0.05)
+        strain = one.depth / (np.pi / 2 * float(one.half_width[0]))
+        two = ss.press(skin, pair, force=0.1, max_strain=1.1 * strain)
+        assert two.status == ss.pressing.PressStatus.OK
+        assert two.depth == pytest.approx(one.depth + 0.05 * 0.75 / (np.pi * 0.4e6 * 16e-3), rel=5e-3)
+        with pytest.raises(ss.errors.InvalidValueError, match="strained by"):
+            ss.press(skin, pair, force=0.1, max_strain=0.9 * strain)
+
     @pytest.mark.parametrize(
         ("body", "load"), [(PUNCH, 80.0), (BODY, 100.0), (ss.pressing.RoundedFlat(3e-4, 1e-3), 30.0)]
     )

@@ -254,8 +254,16 @@ class Together(LocalIndenter):
         return [(body, one, float(up)) for body, one, up in zip(self.bodies, at, high, strict=True)]
 
     def height(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return np.asarray(self._heights(y, z).min(axis=0))
+
+    def lowest(self, y: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.intp]:
+        """Which of the bodies is the lowest, and so the one that touches, by points that broadcast [m]."""
+        return np.asarray(self._heights(y, z).argmin(axis=0))
+
+    def _heights(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
+        """Of each body, (m, ...) [m]."""
         ys, zs = points(y, z)
-        return np.asarray(np.min([body.height(ys - a, zs - b) + up for body, (a, b), up in self._each], axis=0))
+        return np.array([body.height(ys - a, zs - b) + up for body, (a, b), up in self._each])
 
     @property
     def ends(self) -> Ends:  # noqa: D102

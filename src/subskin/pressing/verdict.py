@@ -13,6 +13,7 @@ from ..errors import InvalidValueError, SingularPointWarning
 from .case import hats
 from .certificate import Certificate
 from .scanned import Profile
+from .shapes import Together
 from .solution import ContactSolution, LocalSolution, PressStatus
 
 __all__ = ["Judgement", "believable", "judged"]
@@ -42,10 +43,9 @@ def believable(pressed: ContactSolution | LocalSolution, limit: float) -> None:
     else:
         # the greatest displacement over the contact's width, or over the thickness of the skin: half of a / R beneath
         # a sphere, whose greatest strain is 0.51 a / R at nu = 1/2
-        long = max(2 * float(pressed.half_width.max()), pressed.case.step)
-        short = max(pressed.area / long, pressed.case.step)
-        strain = pressed.certificate.scale / min(short, pressed.skin.thickness)
-        span, unit = int(short / pressed.case.step) // 16, "N"
+        each = _widths(pressed)
+        strain = max(moved / min(short, pressed.skin.thickness) for moved, short in each)
+        span, unit = int(min(short for _, short in each) / pressed.case.step) // 16, "N"
     if strain > limit:
         raise InvalidValueError(
             f"a force of {pressed.force:.6g} {unit}", f"the skin would be strained by {100 * strain:.0f} %, "
@@ -57,6 +57,21 @@ def believable(pressed: ContactSolution | LocalSolution, limit: float) -> None:
     large += [f"slopes up to {slope:.2g}"] if slope > _STEEP else []
     if large:
         _check.warn(f"{' and '.join(large)} beneath this contact: the linear theory takes them for small")
+
+
+def _widths(pressed: LocalSolution) -> list[tuple[float, float]]:
+    """Greatest displacement, and the contact's area over its longer side, [m]; beneath each body that touches."""
+    step, scale, touching = pressed.case.step, pressed.certificate.scale, pressed.pressure > 0
+    if not (isinstance(pressed.indenter, Together) and touching.any()):
+        long = max(2 * float(pressed.half_width.max()), step)
+        return [(scale, max(pressed.area / long, step))]
+    own, out = pressed.indenter.lowest(pressed.case.y[:, None], pressed.case.z), []
+    for body in np.unique(own[touching]):
+        at = np.argwhere(touching & (own == body))
+        long = step * float((np.ptp(at, axis=0) + 1).max())
+        moved = float((pressed.state.depth - pressed.case.height[tuple(at.T)]).max())
+        out.append((min(max(moved, 0.0), scale), max(len(at) * pressed.case.cell / long, step)))
+    return out
 
 
 def judged(certificate: Certificate, tolerance: float, touching: int, slips: bool, friction: float | None) -> Judgement:
