@@ -38,6 +38,7 @@ def cases(frames: int) -> list[Case]:
     many = {skin: frames if skin == half else frames // 20 for skin in SKINS}
     batches = [("read", s, c, "strain", n) for s in SKINS for c in CONTACTS for n in (100, many[s])]
     verbs = [(v, half, "hertz", "strain", n) for v in ("locate", "fit", "slip") for n in (1, 100, frames // 20)]
+    verbs += [(v, half, "line", "strain", n) for v in ("ratio", "grip") for n in (1, 100)]
     area = [(v, "area", "point", "pressure", n) for v in ("slip", "ratio", "grip") for n in (1, 100)]
     return single + batches + verbs + area
 
@@ -47,19 +48,13 @@ def call(verb: str, skin: str, contact: str, kind: str, frames: int) -> Any:
     import subskin as ss
 
     rubber = ss.Material(young=0.4e6)
-    mu = ss.decide.Friction.between(0.4, 0.8)
     if skin == "area":
         array = ss.SensorArray.grid((4, 4), pitch=3e-3, depth=3e-3, transducer=ss.MeanPressure(), noise=180.0)
         finger, rng = ss.Finger(ss.HalfSpace(rubber), array), np.random.default_rng(0)
         angle = rng.uniform(0.2, 0.5, frames)
         touch = ss.PointLoad(1.0, angle=angle, azimuth=0.7, position=rng.uniform(-2e-3, 2e-3, (frames, 2)))
         found = finger.locate(finger.read(touch, rng))
-        found = found[0] if frames == 1 else found
-        return {
-            "slip": lambda: ss.decide.slip(found, mu),
-            "ratio": lambda: ss.decide.slip(found, mu).ratio_interval,
-            "grip": lambda: ss.decide.least_force(found, mu),
-        }[verb]
+        return judged(verb, found[0] if frames == 1 else found)
     medium = {
         "half plane": lambda: ss.HalfPlane(rubber),
         "layer": lambda: ss.Layered(ss.Layer(rubber, thickness=6e-3)),
@@ -79,8 +74,19 @@ def call(verb: str, skin: str, contact: str, kind: str, frames: int) -> Any:
         return lambda: finger.fit(readings, "hertz")
     if verb == "locate":
         return lambda: finger.locate(readings)
-    found = finger.locate(readings)
-    return lambda: ss.decide.slip(found, mu)
+    return judged(verb, finger.locate(readings))
+
+
+def judged(verb: str, found: Any) -> Any:
+    """One call for what is made of loads that were found."""
+    import subskin as ss
+
+    mu = ss.decide.Friction.between(0.4, 0.8)
+    if verb == "slip":
+        return lambda: ss.decide.slip(found, mu)
+    if verb == "ratio":
+        return lambda: ss.decide.slip(found, mu).ratio_interval
+    return lambda: ss.decide.least_force(found, mu)
 
 
 def serve() -> None:

@@ -257,7 +257,24 @@ class Together(LocalIndenter):
         return np.asarray(self._heights(y, z).min(axis=0))
 
     def lowest(self, y: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.intp]:
-        """Which of the bodies is the lowest, and so the one that touches, by points that broadcast [m]."""
+        """Which of the bodies is the lowest, and so the one that touches.
+
+        Parameters
+        ----------
+        y, z : array_like, shapes that broadcast
+            Points [m].
+
+        Returns
+        -------
+        ndarray of int, shape (...)
+            Indices of `bodies`.
+
+        Examples
+        --------
+        >>> from subskin.pressing import Sphere
+        >>> Together([Sphere(4e-3), Sphere(4e-3)], [(-2e-3, 0), (2e-3, 0)]).lowest([-1e-3, 3e-3], 0.0).tolist()
+        [0, 1]
+        """
         return np.asarray(self._heights(y, z).argmin(axis=0))
 
     def _heights(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
