@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -107,3 +111,29 @@ class TestFrames:
 def test_what_cannot_be_asked(call, words):
     with pytest.raises(ss.SubskinError, match=words):
         call()
+
+
+_LEVELS = """
+import numpy as np
+from subskin.decide._drag_kernel import fill_levels
+known, uncertain = (np.array([[0.5, 0.5]]), np.ones((1, 1))), (np.linspace(0.4, 0.8, 9)[None], np.full((1, 8), 0.125))
+for parts in (2, 3):
+    mean, square, out = np.array([[1.0, 0.3, 0.0]])[:, :parts].copy(), 1e-4 * np.eye(parts)[None], np.empty(1)
+    for density in (known, uncertain):
+        for by_ratio in (True, False):
+            fill_levels(mean, square, *density, 1e-3, by_ratio, out)
+            print(out[0])
+"""
+
+
+def test_the_loop_keeps_within_its_arrays():
+    """In plain Python an index past an end is an error; compiled it reads, or writes, what lies there."""
+    said = []
+    for plain in ("0", "1"):
+        environment = {**os.environ, "NUMBA_DISABLE_JIT": plain}
+        call = [sys.executable, "-c", _LEVELS]
+        ran = subprocess.run(call, env=environment, capture_output=True, text=True, check=False)
+        assert ran.returncode == 0, ran.stderr
+        said.append([float(line) for line in ran.stdout.split()])
+    np.testing.assert_allclose(*said, rtol=1e-9)
+    assert len(said[0]) == 8

@@ -330,6 +330,10 @@ class TestStrains:
         assert two.depth == pytest.approx(one.depth + 0.05 * 0.75 / (np.pi * 0.4e6 * 16e-3), rel=5e-3)
         with pytest.raises(ss.errors.InvalidValueError, match="strained by"):
             ss.press(skin, pair, force=0.1, max_strain=0.9 * strain)
+        # the lesser one, as deep as the other, is strained more
+        unlike = ss.pressing.Together([ball, ss.pressing.Sphere(1e-3)], [(-8e-3, 0.0), (8e-3, 0.0)])
+        with pytest.raises(ss.errors.InvalidValueError, match="strained by"):
+            ss.press(skin, unlike, force=0.07, max_strain=1.3 * strain)
 
     @pytest.mark.parametrize(
         ("body", "load"), [(PUNCH, 80.0), (BODY, 100.0), (ss.pressing.RoundedFlat(3e-4, 1e-3), 30.0)]

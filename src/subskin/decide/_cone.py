@@ -18,7 +18,7 @@ from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Layout, Status
 from ._cone_kernel import CELL, EDGE, SURE, fill_cells
-from ._drag_kernel import drag_frames, fill_beyond, fill_levels
+from ._drag_kernel import DOUBLINGS, FARTHEST, drag_frames, fill_beyond, fill_levels
 from ._drag_lines import hermite
 from .stick import drag_held, effective_drag, friction_arm, moment_held
 
@@ -30,7 +30,6 @@ __all__ = [
 BoolArray = npt.NDArray[np.bool_]
 
 _BLOCK, _SURFACE_BLOCK = 1 << 18, 1 << 21
-_DOUBLINGS, _FARTHEST = 80, np.log(1e9)
 
 
 _FEW = hermite(12)
@@ -249,12 +248,12 @@ def _levels(load: Forces, edges: FloatArray, masses: FloatArray, probability: fl
 
     frames = load.normal.size
     f: Callable[..., FloatArray] = excess
-    least, every = -_FARTHEST if by_ratio else 0.0, np.arange(frames)
+    least, every = -FARTHEST if by_ratio else 0.0, np.arange(frames)
     out = np.where(excess(np.full(frames, least), every) <= 0, least, np.inf)
     index = np.flatnonzero(out > least)
     size = np.abs(load.tangential) + np.sqrt(load.covariance[:, 1, 1]) + np.sqrt(load.covariance[:, 0, 0])
     guess = np.zeros(index.size) if by_ratio else size[index]
-    ends = bracket_root(f, np.full(index.size, least), guess, xmin=least, args=(index,), maxiter=_DOUBLINGS)
+    ends = bracket_root(f, np.full(index.size, least), guess, xmin=least, args=(index,), maxiter=DOUBLINGS)
     low, high = (np.asarray(end)[ends.success] for end in ends.bracket)
     index = index[ends.success]
     out[index] = find_root(

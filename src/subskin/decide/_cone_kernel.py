@@ -16,6 +16,7 @@ from ..estimate import Status
 
 __all__ = [
     "AMBIGUOUS",
+    "CANNOT_TELL",
     "CELL",
     "CUT_OFF",
     "EDGE",
@@ -34,6 +35,7 @@ __all__ = [
     "fill_cells",
     "fill_row",
     "judge_frames",
+    "put_judged",
 ]  # fmt: skip
 
 
@@ -60,7 +62,7 @@ NORMAL, TANGENTIAL, MARGIN, MARGIN_STD, PROBABILITY, RATIO, VERDICT, CUT_OFF, UN
 be counted twice: unsure."""
 JUDGED = 9
 
-OK, AMBIGUOUS, _CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipVerdict.CANNOT_TELL)
+OK, AMBIGUOUS, CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipVerdict.CANNOT_TELL)
 
 _HALF = math.sqrt(0.5)
 _BELL = 1 / math.sqrt(2 * math.pi)
@@ -174,6 +176,21 @@ def fill_cells(mean: FloatArray, covariance: FloatArray, edges: FloatArray, scal
         fill_row(mean[i, 0], mean[i, 1], c[0, 0], c[0, 1], c[1, 1], row, scale[i], out[i])
 
 
+@compiled(inline=True, exact=True)
+def put_judged(
+    out: FloatArray, n: float, t: float, nn: float, nt: float, tt: float, facts: FloatArray, total: float,
+    limits: FloatArray, ok: bool,
+) -> None:  # fmt: skip
+    """Fill a frame's row (JUDGED,) with what follows from N and T, their covariance, facts (3,) and the probability."""
+    mean, std = facts[0], facts[1]
+    across = tt - 2 * mean * math.copysign(1.0, t) * nt + mean * mean * nn
+    out[NORMAL], out[TANGENTIAL], out[MARGIN], out[PROBABILITY] = n, t, mean * n - abs(t), total
+    out[MARGIN_STD] = math.sqrt(max(across + std * std * (n * n + nn), 0.0))
+    out[RATIO] = abs(t) / (mean * n) if t != 0 else 0.0
+    if ok:
+        out[VERDICT] = (total >= limits[0]) + (total >= limits[1])
+
+
 @compiled(exact=True, frames="table")
 def judge_frames(
     table: FloatArray, columns: tuple[int, int, int, int, int], widest: float,
@@ -189,11 +206,11 @@ def judge_frames(
     for i in range(out.shape[0]):
         n, t, nn, nt, tt = table[i, c_n], table[i, c_n + 1], table[i, c_nn], table[i, c_nt], table[i, c_tt]
         row = min(i, edges.shape[0] - 1)
-        mean, std, most = facts[row]
+        most = facts[row, 2]
         found = table[i, c_status] == OK or table[i, c_status] == AMBIGUOUS
         out[i] = np.nan
         out[i, CUT_OFF] = found and math.isfinite(widest) and abs(t) >= widest * n * (1 - EDGE)
-        out[i, VERDICT], out[i, UNSURE] = _CANNOT_TELL, 0.0
+        out[i, VERDICT], out[i, UNSURE] = CANNOT_TELL, 0.0
         # where the estimator was told that there is no friction, the drag was not measured
         if not (found and math.isfinite(n + t + nn + nt + tt) and tt > 0 and n > 0):
             continue
@@ -203,11 +220,5 @@ def judge_frames(
         total = 0.0
         for k in range(cells.size):
             total += min(cells[k], 1.0) * masses[row, k]
-        across = tt - 2 * mean * math.copysign(1.0, t) * nt + mean * mean * nn
-        out[i, NORMAL], out[i, TANGENTIAL], out[i, MARGIN] = n, t, mean * n - abs(t)
-        out[i, PROBABILITY] = total
-        out[i, MARGIN_STD] = math.sqrt(max(across + std * std * (n * n + nn), 0.0))
-        out[i, RATIO] = abs(t) / (mean * n) if t != 0 else 0.0
+        put_judged(out[i], n, t, nn, nt, tt, facts[row], total, limits, table[i, c_status] == OK)
         out[i, UNSURE] = n < SURE * math.sqrt(nn)
-        if table[i, c_status] == OK:
-            out[i, VERDICT] = (total >= limits[0]) + (total >= limits[1])

@@ -13,25 +13,10 @@ import numpy as np
 
 from .._check import FloatArray
 from .._compiled import compiled
-from ._cone_kernel import (
-    AMBIGUOUS,
-    CUT_OFF,
-    EDGE,
-    MARGIN,
-    MARGIN_STD,
-    NORMAL,
-    OK,
-    PROBABILITY,
-    RATIO,
-    TANGENTIAL,
-    UNSURE,
-    VERDICT,
-    SlipVerdict,
-    fill_row,
-)  # fmt: skip
+from ._cone_kernel import AMBIGUOUS, CANNOT_TELL, CUT_OFF, EDGE, OK, UNSURE, VERDICT, fill_row, put_judged
 from ._drag_lines import FEW_LINES, LEAST, above, certain, deviate, lines_of, shares
 
-__all__ = ["drag_frames", "fill_beyond", "fill_levels", "judge_drags"]
+__all__ = ["DOUBLINGS", "FARTHEST", "drag_frames", "fill_beyond", "fill_levels", "judge_drags"]
 
 _FEW, _SOME, _MANY = 10, 16, 40
 _NARROW, _BROAD = math.log(1.5), math.log(6.0)
@@ -41,9 +26,8 @@ _WIDER = 1.15
 _COARSE = 0.05
 """Part of the table's length up to which two nodes serve in a cell of the density of mu."""
 _TWO, _SEVERAL = (np.stack(np.polynomial.legendre.leggauss(k)) for k in (2, 20))
-_CANNOT_TELL = int(SlipVerdict.CANNOT_TELL)
-_TRIED, _DOUBLINGS, _EXACT = 100, 80, 1e-10
-_FARTHEST = math.log(1e9)
+_TRIED, DOUBLINGS, _EXACT = 100, 80, 1e-10
+FARTHEST = math.log(1e9)
 """Of the logarithm of |T| / (mu N)."""
 
 
@@ -98,7 +82,7 @@ def _mixed(mean, c, lines, edges, masses, scale, wide, table):
     One of this load is used again where it reaches far enough; a new one is `wide` times as long at either end.
     """
     if mean.size == 2:
-        fill_row(mean[0], mean[1], c[0, 0], c[0, 1], c[1, 1], edges, scale, table)
+        fill_row(mean[0], mean[1], c[0, 0], c[0, 1], c[1, 1], edges, scale, table[: masses.size])
         total = 0.0
         for k in range(masses.size):
             total += min(table[k], 1.0) * masses[k]
@@ -205,12 +189,12 @@ def fill_levels(mean, covariance, edges, masses, wanted, by_scale, out):
     slips less than that at the least of these, infinite where it slips more at the largest.
     """
     area = mean.shape[1] > 2
-    table, load = np.empty(3 + _MANY if area else masses.shape[1]), np.empty(mean.shape[1])
+    table, load = np.empty(max(3 + _MANY, masses.shape[1])), np.empty(mean.shape[1])
     asked = deviate(wanted, 1.0 - wanted)
     for f in range(out.size):
         row, c = min(f, edges.shape[0] - 1), covariance[f]
         ends, mass = edges[row], masses[row]
-        load[:], table[2:3] = mean[f], 0.0
+        load[:], table[2] = mean[f], 0.0
         lines = lines_of(load, c) if area else FEW_LINES
         middle = 0.0
         for k in range(mass.size):
@@ -223,14 +207,12 @@ def fill_levels(mean, covariance, edges, masses, wanted, by_scale, out):
         if by_scale:
             spread += math.sqrt(c[0, 0]) / max(abs(load[0]), 1e-3 * size)
             start = math.log(size / (middle * load[0])) + asked * spread if load[0] > 0.0 else 0.0
-            start = min(max(start, -_FARTHEST), _FARTHEST)
-            found = _crossing(
-                start, 0.5 * spread, -_FARTHEST, _FARTHEST, True, load, c, lines, ends, mass, asked, table
-            )
-            out[f] = 0.0 if found == -_FARTHEST else math.exp(found)
+            start = min(max(start, -FARTHEST), FARTHEST)
+            found = _crossing(start, 0.5 * spread, -FARTHEST, FARTHEST, True, load, c, lines, ends, mass, asked, table)
+            out[f] = 0.0 if found == -FARTHEST else math.exp(found)
         else:
             start = size / middle * (1.0 + max(asked, 0.0) * spread)
-            most = start * 2.0**_DOUBLINGS
+            most = start * 2.0**DOUBLINGS
             out[f] = _crossing(start, 0.3 * spread * start, 0.0, most, False, load, c, lines, ends, mass, asked, table)
 
 
@@ -274,16 +256,10 @@ def judge_drags(mean, covariance, told, edge, status, widest, edges, masses, fac
     table = np.empty(3 + _MANY)
     for f in range(told.size):
         row, c, n, t = min(f, edges.shape[0] - 1), covariance[f], mean[f, 0], mean[f, 1]
-        middle, std, most = facts[min(f, facts.shape[0] - 1)]
         out[f] = math.nan
-        out[f, CUT_OFF], out[f, VERDICT], out[f, UNSURE] = edge[f], _CANNOT_TELL, 0.0
-        if not (told[f] and n > 0.0) or (edge[f] and widest < most):
+        out[f, CUT_OFF], out[f, VERDICT], out[f, UNSURE] = edge[f], CANNOT_TELL, 0.0
+        if not (told[f] and n > 0.0) or (edge[f] and widest < facts[row, 2]):
             continue
         table[2] = 0.0
         total = _mixed(mean[f], c, lines_of(mean[f], c), edges[row], masses[row], 1.0, 1.0, table)
-        across = c[1, 1] - 2.0 * middle * c[0, 1] + middle * middle * c[0, 0] + std * std * (n * n + c[0, 0])
-        out[f, NORMAL], out[f, TANGENTIAL], out[f, PROBABILITY] = n, t, total
-        out[f, MARGIN], out[f, MARGIN_STD] = middle * n - t, math.sqrt(max(across, 0.0))
-        out[f, RATIO] = t / (middle * n) if middle > 0.0 else math.inf if t > 0.0 else math.nan
-        if status[f] == OK:
-            out[f, VERDICT] = (total >= limits[0]) + (total >= limits[1])
+        put_judged(out[f], n, t, c[0, 0], c[0, 1], c[1, 1], facts[row], total, limits, status[f] == OK)

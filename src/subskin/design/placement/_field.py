@@ -268,12 +268,11 @@ class AreaField(Frozen):
         told = self.told(position[..., None, :], load, touches)
         std, unknowns = told.stds(load), told.covariance.shape[-1] - (0 if touches.friction > 0 else 2)
         most = {"position": np.ptp(box, axis=1).max() / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
-        nodes = [np.broadcast_to(v, weight.shape) for v in (position[..., :1], position[..., 1:], angle, azimuth)]
+        parts = (position[..., :1], position[..., 1:], angle, azimuth)
+        nodes = np.stack([np.broadcast_to(v, weight.shape) for v in parts], axis=-1)
         apart = np.maximum(np.ptp(box, axis=1) / (p - 1), 0.25 * float(self.response.depth.min()))
         steps = np.array([*apart, 0.5 * touches.cone, np.pi / asked.grid[1]])
-        worst = {
-            name: self.worst(touches, name, values, np.stack(nodes, axis=-1), steps) for name, values in std.items()
-        }
+        worst = {name: self.worst(touches, name, values, nodes, steps) for name, values in std.items()}
         values = summed_up(std, weight, most | {"radius": np.inf}, worst)
         values |= {"rank": float(told.rank.max()), "log_det": float((told.log_det * weight).sum())}
         found = {name: np.full(weight.shape, 1.0 if name == "ambiguous" else np.nan) for name in SHARES}
@@ -297,7 +296,7 @@ class AreaField(Frozen):
     def worst(self, touches: Touches, name: str, std: FloatArray, nodes: FloatArray, steps: FloatArray) -> float:
         """Largest of the standard deviations `std` (p, p, k), uphill from the highest of the `nodes` (p, p, k, 4).
 
-        These are y, z, angle and azimuth; from one to the next it is a step. Steps are halved where none leads up.
+        These are y, z [m], angle and azimuth [rad]. The `steps` (4,) are halved where none leads up.
         """
         at = tuple(_highest(std, _PEAKS).T)
         x, here = nodes[at], std[at]
@@ -306,11 +305,8 @@ class AreaField(Frozen):
         ends = nodes.reshape(-1, 4)
         low, high = ends.min(axis=0), ends.max(axis=0)
         low[2:], high[2:] = (0.0, -np.inf), (touches.cone, np.inf)
-        moves, size, each = (
-            np.concatenate([np.diag(steps), -np.diag(steps)]),
-            np.ones((len(x), 1, 1)),
-            np.arange(len(x)),
-        )
+        moves = np.concatenate([np.diag(steps), -np.diag(steps)])
+        size, each = np.ones((len(x), 1, 1)), np.arange(len(x))
         for _ in range(_UPHILL):
             tried = np.clip(x[:, None] + size * moves, low, high)
             load = touches.leaning(tried[..., 2], tried[..., 3])
