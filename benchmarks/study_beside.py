@@ -1,19 +1,27 @@
 """A row of sensors and touches on a point: how often `locate` is OK and wrong with load="line", "point" and "either".
 
-    python benchmarks/study_beside.py [--count 2000] [--seed 0] [--json FILE]
+    python benchmarks/study_beside.py [--count 2000] [--seed 0] [--data FOLDER] [--json FILE]
 
 Rows of barometers, and of strains along the depth, at unit depth, one depth apart, in a half space (nu = 1/2). Touches
 of one strength lean within 40 degrees to all sides, drags across the row among them; noise is a share of the reading
 beneath a normal load. OK and wrong: OK, and off by more than five standard errors or 0.3 depths. Rows of four once more
 with touches that press straight down, and `friction=0`.
+
+A second table is of real boards: FOLDER (../shared/data) holds recordings that do not ship with this package. Each
+column of four barometers is calibrated by touches above it, spread evenly, and finds the other touches above it and
+beside it. OK and wrong is there off by more than 2 mm or five standard errors. "line": calibrated and located as lines.
+"either": both as usual.
 """
 
 from __future__ import annotations
+
+import warnings
 
 import numpy as np
 
 import subskin as ss
 from _common import arguments, show
+from study_coverage import COLUMNS, DATA, PSI, WATER
 
 KINDS = {"pressure": (ss.MeanPressure(), 1 / (2 * np.pi)), "strain": (ss.NormalStrain(), 3 / (2 * np.pi))}
 STRIPS = ((0.0, 0.3), (0.3, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 6.0))
@@ -35,13 +43,63 @@ def touches(
     azimuth = rng.uniform(-np.pi, np.pi, count)
     if strip is None:
         return tip.read(ss.LineLoad(1.0, angle * np.sign(azimuth), at), rng), at
-    place = np.stack([at, rng.uniform(*strip, count)], axis=-1)
-    return tip.read(ss.PointLoad(1.0, angle, azimuth, place), rng), at
+    where = np.stack([at, rng.uniform(*strip, count)], axis=-1)
+    return tip.read(ss.PointLoad(1.0, angle, azimuth, where), rng), at
+
+
+ASIDE = ((0.0, 0.6), (0.6, 2.1), (2.1, 4.1), (4.1, 8.0))
+"""Millimetres beside the column."""
+ON_COLUMN = 0.1
+SPACE = ss.HalfSpace(ss.Material(young=0.4e6))
+
+
+def column(folder, name: str) -> tuple:
+    """Of touches (m,) how far beside the column [mm], where along it [m], readings (m, 4) [Pa]; the pitch [m]."""
+    file, header, pitch = WATER[name[:2]]
+    raw = np.genfromtxt(folder / "underwater" / file, delimiter=",", skip_header=header)
+    readings = raw[:, 2:6] if name[-1] == "R" else raw[:, 9:5:-1]
+    return np.abs(raw[:, 0] - COLUMNS[name]), raw[:, 1] * 1e-3, PSI * readings, pitch
+
+
+def on_boards(folder) -> list[list[str]]:
+    """Rows of the second table."""
+    rows = []
+    for name in COLUMNS:
+        aside, along, readings, pitch = column(folder, name)
+        above = np.flatnonzero(aside < ON_COLUMN)
+        above = above[np.argsort(along[above], kind="stable")]
+        drawn = ss.Finger(SPACE, ss.SensorArray.line(4, pitch, 5e-3, transducer=ss.NormalStrain(), noise=10.0))
+        for every in (6, 4, 2):
+            used = above[1::every]
+            fit = ("gain", "lift", "depth", "origin", *(("position",) if len(used) > 12 else ()))
+            for load in ("line", None):
+                made = ss.calibrate(drawn, readings[used], along[used], fit=fit, load=load)
+                found, truth = made.finger.locate(readings, load=load), made.on_finger(along)
+                off = np.abs(found.position - truth)
+                wrong = found.ok & ((off > 2e-3) | (off > 5 * found.std[:, 0]))
+                ends = np.asarray(made.finger.array.y)
+                free = np.ones(len(along), dtype=bool)
+                free[used] = False
+                inside = free & (ends.min() < truth) & (truth < ends.max())
+                row = [name, str(len(used)), load or "either"]
+                strips = [inside & (aside >= low) & (aside < high) for low, high in ASIDE]
+                for strip in (*strips, free & ~inside):
+                    row.append(f"{found.ok[strip].mean():.0%}, {wrong[strip].mean():.1%}")
+                here = strips[0] & found.ok
+                held = (off < 1.959964 * found.std[:, 0])[here].mean() if here.any() else np.nan
+                rows.append([*row, "" if np.isnan(held) else f"{held:.0%}"])
+                print(rows[-1], flush=True)
+    return rows
 
 
 def main() -> None:
     """Run and print."""
-    options = arguments(__doc__, count=2000, seed=0)
+    options = arguments(__doc__, count=2000, seed=0, data=DATA)
+    if (options.data / "underwater").is_dir():
+        warnings.simplefilter("ignore", ss.errors.ValidityWarning)
+        head = ["column", "touches", "load", *(f"{low:g} to {high:g} mm: OK, wrong" for low, high in ASIDE)]
+        head += ["beyond the ends: OK, wrong", "above it, in 95 %"]
+        show("Columns of real boards", head, on_boards(options.data), options.json)
     rows = []
     cases = [(kind, sensors, 1.0) for kind in KINDS for sensors in (4, 6, 8)] + [(kind, 4, 0.0) for kind in KINDS]
     for kind, sensors, friction in cases:
@@ -57,7 +115,7 @@ def main() -> None:
                 ]
                 for load in ("line", "point", "either"):
                     found = tip.locate(frames, load=load, friction=friction)
-                    std = found.position_std if load == "either" else np.sqrt(found.load.covariance[:, 0, 0])
+                    std = found.std[:, 0]
                     off = np.abs(found.position - at)
                     wrong = found.ok & ((off > 5 * std) | (off > 0.3))
                     held = (off < 1.959964 * std)[found.ok].mean() if found.ok.sum() >= 50 else np.nan

@@ -2,8 +2,9 @@
 
 from .blind import BlindCalibration, BlindParameter, ErrorRatio, Known, calibrate_blind
 from .calibration import Calibration, Health, Parameter, Score
+from .choice import Choice, Trial, choose
 from .health import SensorHealth, sensor_health
-from .known import Choice, Trial, calibrate, choose
+from .known import calibrate
 from .orient import Orientation, orient, telling
 from .planning import NextTouch, next_touch
 from .uncertainty import Misfit

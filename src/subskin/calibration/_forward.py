@@ -18,6 +18,7 @@ from .._axes import turned
 from .._check import FloatArray
 from ..contact import Hertz, LineLoad, PointLoad, RoundHertz
 from ..errors import InvalidValueError
+from ..estimate.beside import finger_in_space
 from ..finger import Finger
 
 __all__ = ["LINEAR", "TERMS", "Forward", "checked_names", "slices", "terms_of", "touches_at"]
@@ -85,6 +86,11 @@ def touches_at(components: npt.ArrayLike, positions: FloatArray, half_width: flo
     return local(components=components, position=positions, **wide)
 
 
+def _with_none(values: FloatArray) -> FloatArray:
+    """Numbers (..., k) and a 0 after them."""
+    return np.concatenate([values, np.zeros((*values.shape[:-1], 1))], axis=-1)
+
+
 class Forward:
     """A finger whose geometry and material depend on a vector p: the terms of `names`, in the order of `TERMS`.
 
@@ -92,11 +98,11 @@ class Forward:
     turn is not fitted it is the `fixed` one [rad]. `position` moves each sensor along the row, or in y and z; the mean
     position stays as drawn where the origin is fitted too, and the mean turn where that is. `thickness` is what lies
     beneath the deepest sensor, and without it the depths end at the base: no sensor leaves the skin on the way. A
-    finger with a response measured in place reads by that.
+    finger with a response measured in place reads by that. Touches on a row are lines, or `points` on it.
     """
 
-    def __init__(self, finger: Finger, names: Sequence[str], fixed: float = 0.0) -> None:
-        self.finger, self.fixed = finger, fixed
+    def __init__(self, finger: Finger, names: Sequence[str], fixed: float = 0.0, *, points: bool = False) -> None:
+        self.finger, self.fixed, self.points = finger, fixed, points
         self.dim = 2 if finger.array.on_area else 1
         self.names = tuple(t for t in terms_of(finger) if t in names)
         material = finger.skin.single_material
@@ -107,10 +113,10 @@ class Forward:
                 rule = f"a {type(finger.skin).__name__} like this has no single {name}"
                 fix = "one layer on a rigid base and a round finger have both; a half plane has poisson"
                 raise InvalidValueError(f"fit = {name}", rule, fix)
-        n, points = len(finger.array), finger.array.points[:, : self.dim]
+        n, sites = len(finger.array), finger.array.points[:, : self.dim]
         rigid = [np.tile(unit, (n, 1)) for unit in np.eye(self.dim)] if "origin" in self.names else []
         if "turn" in self.names:
-            arm = points - points.mean(axis=0)
+            arm = sites - sites.mean(axis=0)
             rigid.append(np.stack([-arm[:, 1], arm[:, 0]], axis=-1))
         held = np.stack([r.reshape(-1) for r in rigid], axis=-1) if rigid else np.zeros((self.dim * n, 0))
         # moves of the sensors that are no move, and no turn, of the whole
@@ -251,7 +257,11 @@ class Forward:
             return np.asarray(read / np.asarray(self.finger.array.gain))
         if self.dim == 2:
             load = np.broadcast_to(load, (*positions.shape[:-1], 3))
-        return self.apply(p).measure(touches_at(load, positions), linear=True)
+        found = self.apply(p)
+        if self.points:
+            found = finger_in_space(found)
+            load, positions = _with_none(load), _with_none(positions[..., None])
+        return found.measure(touches_at(load, positions), linear=True)
 
     def from_origins(
         self, p: FloatArray, origins: Sequence[Any], positions: FloatArray, load: FloatArray

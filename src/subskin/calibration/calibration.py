@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -149,6 +149,8 @@ class Calibration(Fitted):
         On an area, by how much the finger's y lies turned from the motor's, towards z [rad].
     left_out : tuple of (int, int)
         Readings, each by its touch and sensor, that are so far off what all others say that they were left out.
+    load : {"line", "point"}
+        What pressed.
     """
 
     finger: Finger
@@ -164,6 +166,7 @@ class Calibration(Fitted):
     held_out: tuple[int, int] = (0, 0)
     turn: float = 0.0
     left_out: tuple[tuple[int, int], ...] = ()
+    load: Literal["line", "point"] = "line"
 
     @property
     def r2(self) -> float:
@@ -171,7 +174,8 @@ class Calibration(Fitted):
         return self.score.r2
 
     def _title(self) -> str:
-        return f"Calibration on {self.score.touches} touches: R^2 {self.r2:.5f}; {self._sensors()}"
+        points = " by points on the row" if self.load == "point" and not self.finger.array.on_area else ""
+        return f"Calibration on {self.score.touches} touches{points}: R^2 {self.r2:.5f}; {self._sensors()}"
 
     @property
     def weak(self) -> npt.NDArray[np.bool_]:
@@ -276,7 +280,8 @@ class Calibration(Fitted):
         y = self.on_finger(y)
         measured = self.finger.measured
         if measured is None:
-            model = Forward(self.finger, ()).readings(np.empty(0), y, load)
+            points = self.load == "point" and not self.finger.array.on_area
+            model = Forward(self.finger, (), points=points).readings(np.empty(0), y, load)
         else:
             model = (measured(y) * load[:, None, : measured.components]).sum(axis=-1) + measured.offset
         return score(data, model, self.finger.array.live)

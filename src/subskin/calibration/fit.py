@@ -54,12 +54,13 @@ class Fit(Frozen):
         scan: bool,
         gain_error: float = np.inf,
         left_out: tuple[tuple[int, int], ...] = (),
+        points: bool = False,
     ) -> None:
         self.finger, self.names, self.positions, self.load = finger, names, positions, load
         self.live, self.scan, self.origin, self.turn, self.gain_error = live, scan, origin, turn, gain_error
         self.given, self.data = data, data[:, live]
         self.seen = np.isfinite(self.data)
-        self.forward = Forward(self._part(), names, turn)
+        self.forward = Forward(self._part(), names, turn, points=points)
         self.unknowns = self.forward.size + sum(name in names for name in LINEAR) * int(live.sum())
         self.spare = int(self.seen.sum()) - self.unknowns
         if self.spare < live.sum():
@@ -157,7 +158,8 @@ class Fit(Frozen):
         kept = np.setdiff1d(np.arange(len(self.given)), rows)
         parts = (self.given[kept], self.positions[kept], self.load[kept])
         whole = (self.live, self.origin, self.turn)
-        part = Fit(self.finger, self.names, *parts, *whole, scan=False, gain_error=self.gain_error)
+        more: dict[str, Any] = {"gain_error": self.gain_error, "points": self.forward.points}
+        part = Fit(self.finger, self.names, *parts, *whole, scan=False, **more)
         part.noise, part.alike = self.noise, self.alike
         return part.solve(self.p)
 
@@ -265,7 +267,7 @@ class Fit(Frozen):
 
         By what the fit without it makes of it. A model that does not quite fit is off too, but not in one reading.
         """
-        off = self._off(self.data)
+        off = self.off(self.data)
         if len(off) < _ENOUGH or off.max() <= _LOST:
             return None
         touch, i = np.unravel_index(int(np.argmax(off)), off.shape)
@@ -274,14 +276,15 @@ class Fit(Frozen):
         part = Fit(
             self.finger, self.names, given, self.positions, self.load, self.live, self.origin, self.turn,
             scan=self.scan, gain_error=self.gain_error, left_out=(*self.left_out, (int(touch), sensor)),
+            points=self.forward.points,
         ).solve()  # fmt: skip
-        off = part._off(self.data)
+        off = part.off(self.data)
         own, off[touch, i] = float(off[touch, i]), 0.0
         others = float(np.sort(off.max(axis=1))[-1 - len(off) // _RARE])
         fits = score(part.data, part.modelled, np.ones(len(part.noise), dtype=bool)).r2 > _FITS
         return part if fits and own > max(_LOST, _ALONE * others) else None
 
-    def _off(self, data: FloatArray) -> FloatArray:
+    def off(self, data: FloatArray) -> FloatArray:
         """How far readings `data` (m, n) are off the fit, as a share of what each sensor ranges over."""
         span = np.array([max(float(np.ptp(c[np.isfinite(c)])), 1e-300) for c in data.T])
         return np.asarray(np.nan_to_num(np.abs(data - self.modelled) / span))
@@ -378,6 +381,7 @@ class Fit(Frozen):
             angle=_check.read_only(np.arctan2(drag, self.load[:, 0])),
             turn=self.forward.turn(self.p),
             left_out=self.left_out,
+            load="point" if self.forward.dim == 2 or self.forward.points else "line",
         )
 
 

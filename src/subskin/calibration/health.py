@@ -13,6 +13,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import Tabled, with_error
 from ..errors import ConvergenceError
+from ..estimate.beside import points_on
 from ..estimate.estimate import Status
 from ..estimate.search import Locator
 from ..finger import Finger, finger_needed
@@ -162,6 +163,13 @@ class _Check:
         self.live = finger.array.live & np.isfinite(data).any(axis=0)
         self.ratio, self.shift, self.out = np.ones(n), np.zeros(n), ~self.live
         status = self.locator()(data).status
+        if finger.skin.takes_local:  # lines, or points on the row: what explains more
+            lines, self.field = self.field, points_on(finger, (self.field.start, self.field.stop))
+            points = self.locator()(data).status
+            if np.isin(points, _EXPLAINED).sum() > np.isin(status, _EXPLAINED).sum():
+                status = points
+            else:
+                self.field = lines
         touched = data[np.isin(status, (*_EXPLAINED, Status.UNEXPLAINED))]
         # spread evenly, no more than is worth the time and the memory
         self.touches = len(touched)

@@ -11,6 +11,7 @@ for Machine Learning (2006), section 2.7), with a model's discrepancy (Kennedy a
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,7 @@ from .._check import FloatArray
 from ..errors import ConvergenceError
 from ..estimate.area import InPlaceLocator
 from ..estimate.estimate import Status
+from ..estimate.locate import locator
 from ..finger import Finger
 from ..measured import MeasuredResponse, nodes_of
 from ..spread import Spread
@@ -28,7 +30,7 @@ from .calibration import Calibration
 from .correlated import Correlated
 from .fit import Fit
 
-__all__ = ["checked", "measured", "placed", "size_of"]
+__all__ = ["checked", "kind_of", "measured", "placed", "size_of"]
 
 _FOLDS = 5
 _FEWEST = 5
@@ -112,10 +114,17 @@ def _held_out(fit: Fit, rows: npt.NDArray[np.intp], errors: tuple[list[float], l
     truth = fit.positions[rows] - origin
     ratio = part.uncertainty.of_positions(truth)
     for i, friction in enumerate(_LEANING):
-        found = finger.locate(fit.given[rows], friction=friction)
+        found: Any = locator(finger, **kind_of(fit), friction=friction)(fit.given[rows])
         sure = (found.status == Status.OK) & (found.std[..., 0] > 0)
         sure &= (friction > 0) | (fit.load[rows, 1] == 0)
         errors[i].extend((np.abs(found.position - truth) / (ratio[i] * found.std[..., 0]))[sure].tolist())
+
+
+def kind_of(fit: Fit) -> dict[str, Any]:
+    """The options of a `locator` for touches like those of the fit: long ones, points on the row, points on an area."""
+    if fit.forward.dim == 2:
+        return {"family": "point"}
+    return {"family": "point", "beside": 0.0} if fit.forward.points else {"family": "line"}
 
 
 def size_of(errors: FloatArray) -> float:

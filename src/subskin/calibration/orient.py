@@ -165,16 +165,24 @@ def orient(
     share = _check.scalar("error", error, at_least=0.0, at_most=1.0)
     offset, gain = np.asarray(array.offset), np.where(array.live, array.gain, 1.0)
     bare = (data - offset) / gain
-    locators: list[Any] = []
+    kinds: list[dict[str, Any]] = [{"family": "point" if array.on_area else "line"}]
+    if not array.on_area and finger.skin.takes_local:
+        kinds.append({"family": "point", "beside": 0.0})
+    of_kind: list[list[Any]] = [[] for _ in kinds]
     for at, press in zip(where, bare * gain, strict=True):
         noisy = replace(array, noise=np.hypot(array.noise, share * np.nanmax(np.abs(press))), low=-np.inf, high=np.inf)
         ends = np.stack([at - away, at + away], axis=-1).tolist()
         search: Any = tuple(map(tuple, ends)) if array.on_area else tuple(ends)
         part = replace(finger, array=noisy, tolerances=None)
-        locators.append(part.locator("point" if array.on_area else "line", search=search, friction=friction))
+        for kind, made in zip(kinds, of_kind, strict=True):
+            made.append(part.locator(**kind, search=search, friction=friction))
 
     def tried(order: npt.NDArray[np.intp], sign: int) -> tuple[float, FloatArray]:
         """Chi-square that is left of all presses, and the normal force of each with its standard deviation."""
+        return min((of_one(locators, order, sign) for locators in of_kind), key=lambda each: each[0])
+
+    def of_one(locators: list[Any], order: npt.NDArray[np.intp], sign: int) -> tuple[float, FloatArray]:
+        """The same where all press alike: lines, or points."""
         found = [one(offset + gain * sign * press[order]) for one, press in zip(locators, bare, strict=True)]
         left = [float(np.nan_to_num(f.residual, nan=np.inf)) for f in found]
         k = 2 if array.on_area else 1
@@ -194,7 +202,7 @@ def orient(
         order, name, base = others[i], f"{name}, but channels s{i} and s{i + 1} are swapped", base + float(more[i])
         more = more - more[i]
         more[i] = np.inf
-    spare = len(data) * max(len(array) - locators[0].unknowns, 1)
+    spare = len(data) * max(len(array) - of_kind[0][0].unknowns, 1)
     explained = base <= float(chdtri(spare, _EXPLAINED))
     if not explained:
         none = np.empty(0, dtype=np.intp), np.arange(len(array)), "no order explains the presses"

@@ -31,7 +31,7 @@ _ERRORS = {
 _NEEDED = {"poisson": "0.02", "thickness": '"10 %"', "offset": "10"}
 _WANTED = 1.3
 _SAID = {"LEARNT": "learnt", "PARTLY": "partly", "AS_DRAWN": "as drawn"}
-_LABELLED = ("position_column", "force_column", "angle_column", "azimuth_column")
+_LABELLED = ("load", "position_column", "force_column", "angle_column", "azimuth_column")
 
 
 BLIND = group(

@@ -65,7 +65,10 @@ _REFUSED = "check the kind of sensor, the skin, the positions and the loads (--f
         "--fit LIST", "what to fit (gain,offset,depth,origin, on an area also turn; gain,depth,position with --blind)"
     ),
     option("--position-column NAME", "column of positions [m] (position); on an area two (position_y,position_z)"),
-    option("--force-column NAME", "column of loads [N/m], on an area [N]; without it all loads are alike"),
+    option(
+        "--load {line,point,either}", "what pressed on a row; either: what fits better ([locate], or as the skin says)"
+    ),
+    option("--force-column NAME", "column of loads [N/m], of points [N]; without it all loads are alike"),
     option("--angle-column NAME", "column of the loads' angles [rad]; without it they are 0"),
     option("--azimuth-column NAME", "on an area, column of where loads lean, from +y towards +z [rad]; or 0"),
     rows("fit to"),
@@ -116,6 +119,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
         fit=fit,
         origin=None if "origin" in fit else file.origin,
         turn=file.turn,
+        load=options.load or file.load,
         accept_misfit=True,  # said, and refused, below
         **more,
     )
@@ -125,6 +129,8 @@ def run_calibrate(options: argparse.Namespace) -> int:
         score = found.evaluate(readings[held], positions[held], **{name: v[held] for name, v in loads.items()})
     facts: dict[str, Any] = {"source": Path(options.touches).name, "fit": list(fit), "touches": found.score.touches}
     facts["r2"] = float(found.r2)
+    if not area:
+        facts["load"] = found.load
     if score is not None:
         facts["r2_held_out"] = float(score.r2)
     facts |= learnt(file, found)
@@ -186,6 +192,7 @@ def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warne
         "spread_held_out": list(found.held_out),
         "measured": found.finger.measured is not None,
         "spare": found.spare,
+        "load": found.load,
         "touches": found.score.touches,
         "r2": found.r2,
         "held_out": None if score is None else score.touches,

@@ -168,7 +168,7 @@ def half_plane_error(finger: Finger, *, half_width: Extent = 0.0, snr: Positive 
     none = np.full((positions.size, angles.size), np.nan)
     calibrated, depth = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status}), np.nan
     try:
-        solution = fitted(noisy, straight, positions, fit=("gain", "depth"), force=1.0, origin=0.0)
+        solution = fitted(noisy, straight, positions, fit=("gain", "depth"), force=1.0, origin=0.0, load="line")
         model = explained(solution).finger  # of which nobody asks for standard errors
         calibrated = _locating(model, readings, positions, angles, largest, snr)
         depth = float(np.asarray(model.array.depth).mean())

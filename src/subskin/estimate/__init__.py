@@ -1,6 +1,6 @@
 """From readings to the contact that made them, with its uncertainty."""
 
-from .beside import Either
+from .either import Either
 from .estimate import Estimate, Rival, Status
 from .layout import Layout
 from .locate import fit, locate, locator

@@ -20,14 +20,14 @@ _STEPS = 12
 """Distances that are looked at on each side of the one that was found."""
 _APART = 4.0
 """Standard errors beyond which another position contradicts the answer."""
-_OK, _AMBIGUOUS = 0.0, 1.0
+_OK, _LEFT_OPEN = 0.0, 0.5  # as of `beside`, which imports this file
 _WITH_AWAY, _OF_AWAY = (int(BESIDE.square[i, 3]) - BESIDE.covariance for i in (0, 3))
 """Where the covariance of y and the distance, and the distance's variance, stand."""
 
 
 @compiled()
 def look_along(readings, sensors, table, settings, pace, out):
-    """Make frames of `out` AMBIGUOUS whose crest is as high elsewhere, and widen the variance of y of the others.
+    """Leave frames of `out` open whose crest is as high elsewhere, and widen the variance of y of the others.
 
     It becomes that at one distance and the second moment of exp(S / 2) along the crest, if that is more. pace [m]: from
     one distance to the next; all else as of `project.project_frames`, of points beside a row.
@@ -66,7 +66,7 @@ def look_along(readings, sensors, table, settings, pace, out):
                     climb_wide(w, model, cone, ends, Across(y, q_at[k]), ending, fit, fits[1])
                     y, s = fit.y, fit.explained
                 if s > enough and abs(y - row.y) > apart:
-                    row.status = _AMBIGUOUS
+                    row.status = _LEFT_OPEN
         c = row.covariance
         across = c[0] - c[_WITH_AWAY] ** 2 / c[_OF_AWAY]
         if across > 0.0:

@@ -87,7 +87,7 @@ class _Found(Frozen):
     @property
     def beside(self) -> FloatArray:
         """How far a point load presses beside a row of sensors, |z| [m], shape (...); 0 of other contacts."""
-        return self._width(self.layout.aside)
+        return self._width(self.layout.wide and self.layout.aside)
 
     def _width(self, known: bool) -> FloatArray:
         if known:
@@ -312,7 +312,7 @@ class Estimate(_Found, FrameTable):
     @property
     def beside_interval(self) -> FloatArray:
         """95 % interval of `beside` [m], shape (..., 2); lopsided near 0, where readings depend on its square."""
-        return self._interval(self.layout.aside, self.beside)
+        return self._interval(self.layout.wide and self.layout.aside, self.beside)
 
     def _interval(self, known: bool, value: FloatArray) -> FloatArray:
         if known:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 
-__all__ = ["AREA", "BESIDE", "LINE", "ROUND", "SIZED", "SIZED_LINE", "TWIST", "WIDE", "Layout"]
+__all__ = ["AREA", "BESIDE", "LINE", "ON_ROW", "ROUND", "SIZED", "SIZED_LINE", "TWIST", "WIDE", "Layout"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Layout(Frozen):
     wide : bool
         Whether the contact has a half width.
     aside : bool
-        Whether what stands there is instead how far a point load presses beside the row [m].
+        Whether it is a point load, and what stands there is instead how far beside the row it presses [m].
     twist : bool
         Whether a moment about the normal [N m] is among the unknowns.
     sized : bool
@@ -116,7 +116,7 @@ class Layout(Frozen):
 
 LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wide=True, aside=True)
 ROUND, TWIST = Layout(dim=2, wide=True), Layout(dim=2, wide=True, twist=True)
-SIZED, SIZED_LINE = Layout(dim=2, sized=True), Layout(sized=True)
+SIZED, SIZED_LINE, ON_ROW = Layout(dim=2, sized=True), Layout(sized=True), Layout(aside=True)
 """Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, of one
 that twists as well; of a point load or a round touch where a point does not explain the readings, and of a line load or
-a roller's contact likewise."""
+a roller's contact likewise; of a point load on a row."""

@@ -15,9 +15,10 @@ from ..finger import Finger, finger_needed
 from ..prepared import prepared
 from ..response import Response, tabulate
 from .area import AreaLocator, InPlaceLocator
-from .beside import Either, EitherLocator, PointLocator, farthest_beside, points_beside
+from .either import Either, EitherLocator
 from .estimate import Estimate
 from .on_area import area_locator, refuse, refuse_tolerances, several_locator
+from .on_row import point_locator, usual
 from .search import Locator, beyond, reached
 from .settle.row import on_row
 from .several import SeveralLocator, TouchSet, checked_touches
@@ -26,13 +27,10 @@ from .stick_locator import StickLocator, checked_stick
 __all__ = ["fit", "locate", "locator"]
 
 Search: TypeAlias = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None
-
 Load: TypeAlias = Literal["line", "point", "either"]
-
 AnyLocator: TypeAlias = Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator
 
 _KNOW_NONE = "several touches know no such option"
-
 _OF_FIT = ("half_width", "stick", "moment")
 _OPTIONS = (
     "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment"
@@ -41,7 +39,7 @@ _OPTIONS = (
 
 def locator(
     finger: Finger,
-    family: str | Family | LocalFamily = "line",
+    family: str | Family | LocalFamily | None = None,
     *,
     search: Search = None,
     half_width: tuple[float, float] | None = None,
@@ -56,7 +54,7 @@ def locator(
     moment: bool | None = None,
     touches: int = 1,
     **_unknown: Never,
-) -> Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator:
+) -> AnyLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
 
     Where the sensors are on an area it is an `AreaLocator`, of point loads, or a `RoundLocator`, of round contacts; an
@@ -67,8 +65,9 @@ def locator(
     finger : Finger
         The forward model, with the sensors' noise.
     family : {"line", "wedge", "hertz", "strip", "punch", "point", "either"} or class of contacts, optional
-        What presses, the drag being in proportion to the pressure. "point" and "either" as `load` of `locate`. On an
-        area "point" or a round contact: "round_hertz", "round_punch", "cone", one's own.
+        What presses, the drag being in proportion to the pressure. "point" and "either" as `load` of `locate`, as is
+        what is taken if it is left out. On an area "point" or a round contact: "round_hertz", "round_punch", "cone",
+        one's own.
     search : (float, float) or ((float, float), (float, float)), optional
         Range of positions y [m], or of y and of z; contacts outside are taken to be impossible. The default
         reaches 1.5 depths beyond the outermost sensors, and a load further out that explains a frame as well makes it
@@ -83,7 +82,7 @@ def locator(
         in `StickLocator`. `friction` bounds the search; this one shapes the drag.
     beside : float, optional
         Of "point" and "either" on a row: the largest distance beside the row at which a point may press [m]; three
-        depths of the shallowest sensor if left out, six at most.
+        depths of the shallowest sensor if left out, six at most. 0: a point presses on the row.
     moment : bool, optional
         Of round contacts on an area: whether a moment about the normal is fitted. If left out it is where the sensors
         tell it and more than seven are live; normal strain, pressure and normal stress never do.
@@ -104,7 +103,9 @@ def locator(
     0.5
     """
     finger_needed(finger)
-    if not isinstance(family, str):
+    if family is None:
+        family = usual(finger, half_width, normal_force, stick, moment) if touches == 1 else "line"
+    elif not isinstance(family, str):
         checked_family(family)
     _check.no_options(_unknown, f"{_OPTIONS}, touches")
     values: dict[str, Any] = _check.values(
@@ -126,7 +127,9 @@ def locator(
         refuse_tolerances(finger, "a search of other contacts, or of a stated force")
     if family == "point" or family == "either":
         del others["beside"]
-        return _of_points(finger, family, search, beside, others, values)
+        return point_locator(
+            finger, family, search, beside, others, values, lambda ends: row_locator(finger, search=ends, **values)
+        )
     if beside is not None:
         rule = "a long contact has no distance beside the row"
         raise InvalidValueError(f"beside = {_check.shown(beside)}", rule, 'load="point" or load="either"')
@@ -171,24 +174,6 @@ def row_locator(finger: Finger, family: str | Family = "line", **options: Any) -
     return made
 
 
-def _of_points(
-    finger: Finger, family: str, search: Any, beside: Any, others: dict[str, Any], values: dict[str, Any]
-) -> Locator | EitherLocator:
-    """The locator of point loads on a row or beside it, or of these and of line loads."""
-    refuse(others, "loads on a point know no such option")
-    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
-    most = None if beside is None else _check.scalar("beside", beside, unit="m", above=0.0)
-
-    def make() -> Locator | EitherLocator:
-        line = row_locator(finger, search=ends, **values)
-        table = line.response
-        response = points_beside(finger, (table.start, table.stop), farthest_beside(finger, most))
-        point = PointLocator(response, finger.array, **values).allow_for(finger, float(values["friction"]))
-        return point if family == "point" else EitherLocator(line, point)
-
-    return prepared(finger).get((family, ends, most, *values.values()), make)
-
-
 @overload
 def locate(finger: Finger, readings: npt.ArrayLike, *, load: Literal["either"], **options: Any) -> Either: ...
 @overload
@@ -223,13 +208,10 @@ def locate(
     touches: int = 1,
     **_unknown: Never,
 ) -> Estimate | Either | TouchSet:
-    """Where, how hard and at what angle a line load presses; as `finger.locate(readings)` too.
+    """Where, how hard and at what angle a load presses; as `finger.locate(readings)` too.
 
-    Where the sensors are on an area it is a point load, at (y, z) [m], with components (N, Ty, Tz) [N]. A row takes
-    every touch for a line load, also a touch on a point beside it, unless `load` says otherwise.
-
-    The locator is prepared on the first call and kept, so later calls with the same options cost little more than the
-    search.
+    Where the sensors are on an area it is a point load, at (y, z) [m], with components (N, Ty, Tz) [N]. The locator is
+    prepared on the first call and kept, so later calls with the same options cost little more than the search.
 
     Parameters
     ----------
@@ -238,10 +220,11 @@ def locate(
     readings : array_like, shape (..., n)
         Raw readings, each in units of its gain; NaN marks a missing one.
     load : {"line", "point", "either"}, optional
-        What presses; on an area a point always. On a row "line" if left out; "point" presses on the row or up to
-        `beside` of it, on a skin that takes local contacts, and |z| is found as `beside` of the answer;
-        "either" is both, an `Either` with the probability of the point (docs/locating_row.md). If it is left out and
-        the finger has tolerances, a touch may have a size, which is `half_width` of the answer (docs/real_fingers.md).
+        What presses; on an area a point always. "line": a long contact across the row. "point" presses on the row or up
+        to `beside` of it, on a skin that takes local contacts, and |z| is found as `beside` of the answer. "either" is
+        both, an `Either` with the probability of the point (docs/locating_row.md). If it is left out it is "either" on
+        a row whose skin is known in space, else "line". It is "line" too with tolerances, and a touch may then have a
+        size, which is `half_width` of the answer (docs/real_fingers.md); and with a `normal_force`.
     beside : float, optional
         As in `locator`.
     search, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
@@ -295,7 +278,7 @@ def locate(
             false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers, beside=beside, touches=touches,
         )  # fmt: skip
         return cast("SeveralLocator", several)(readings)
-    family = LineLoad if load == "line" else load or "line"
+    family = LineLoad if load == "line" else load
     search_with = _quick(
         finger, family, search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
         None, beside, None,
@@ -378,7 +361,7 @@ def fit(
     return found
 
 
-def _quick(finger: Finger, family: str | Family | LocalFamily, *options: Any) -> Any:
+def _quick(finger: Finger, family: str | Family | LocalFamily | None, *options: Any) -> Any:
     """The locator of the options as they were given, in the order of `_OPTIONS`: the shortest way for one frame."""
 
     def make() -> AnyLocator:

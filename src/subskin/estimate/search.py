@@ -6,7 +6,7 @@ docs/locating.md.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -247,6 +247,8 @@ class Locator(Framewise):
         self._search_ends = (float(response.start), float(response.stop))
         self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
 
+    _without_spare: ClassVar[float] = Status.AMBIGUOUS
+    """Status of what explains a frame where no reading is left that could speak against it."""
     takes_doubt = True
     """Whether a call takes the doubts of readings, as a `Pipeline` asks."""
 
@@ -295,9 +297,9 @@ class Locator(Framewise):
         self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
     ) -> None:
         super()._run(frames, pattern, out, doubt)
-        if frames.shape[1] <= self.unknowns:  # no reading is left that could speak against the answer
+        if frames.shape[1] <= self.unknowns:
             status = out[:, self._status]
-            status[status == Status.OK] = Status.AMBIGUOUS
+            status[status == Status.OK] = self._without_spare
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         if self._uncertain is None:

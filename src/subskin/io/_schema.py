@@ -256,6 +256,7 @@ class CalibrationTable(FingerTable):
     source: StrictStr = ""
     fit: list[StrictStr] = Field(default_factory=list)
     touches: StrictInt = 0
+    load: Literal["line", "point"] | None = None
     blind: StrictBool = False
     misfit: Number | None = None
     spread: SpreadTable | None = None

@@ -162,7 +162,7 @@ class FingerFile(Tabled, Recorded):
         usual = options.pop("load", None)
         if usual == "line":
             self.finger.array.refuse_area()
-        family = LineLoad if usual == "line" else usual or "line"
+        family = LineLoad if usual == "line" else usual
         return self.finger.locator(options.pop("family", family), **options)
 
     def locate(self, readings: Given, **changes: Any) -> Any:

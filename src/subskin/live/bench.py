@@ -234,6 +234,7 @@ class Bench:
             state.positions,
             fit=self.fit,
             force=self.force,
+            load=self.file.load,
             accept_misfit=accept_misfit,
         )
 
@@ -335,7 +336,8 @@ class Bench:
     def _fitted(self, state: BenchState) -> tuple[Calibration | None, float]:
         """The finger as the touches so far make it, and the error of positions that is left."""
         try:
-            solution = fitted(self._measured(state), state.readings, state.positions, fit=self.fit, force=self.force)
+            touches = (self._measured(state), state.readings, state.positions)
+            solution = fitted(*touches, fit=self.fit, force=self.force, load=self.file.load)
             found = explained(solution, accept_misfit=True)
         except ConvergenceError:  # too few touches for so many numbers
             return None, float("nan")

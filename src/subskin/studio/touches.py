@@ -214,6 +214,7 @@ class TouchesFeed(Feed):
             fit=self.fit,
             origin=None if "origin" in self.fit else self.file.origin,
             turn=self.file.turn,
+            load=self.file.load,
             **loads,
         )
 

@@ -115,7 +115,8 @@ def _calibrated(
         origin = 0.0 if study.dim == 1 else (0.0, 0.0)
 
         def found(terms: Sequence[str]) -> Finger:  # errors are counted, so nobody asks for standard errors
-            return explained(fitted(study.finger, readings, positions, fit=terms, force=force, origin=origin)).finger
+            known: dict[str, Any] = {"force": force, "origin": origin, "load": "line" if study.dim == 1 else "point"}
+            return explained(fitted(study.finger, readings, positions, fit=terms, **known)).finger
 
         try:
             return found(fit)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...decide import Slip, SlipVerdict
-from ...estimate.beside import Either
+from ...estimate.either import Either
 from ...estimate.estimate import Estimate, Status
 from ...io.files import plain
 from ..batch import Batch
