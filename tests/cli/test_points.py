@@ -1,5 +1,7 @@
 """Touches on a point from the command line: rows that say what presses, and sensors on an area."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -140,3 +142,34 @@ def test_two_touches_at_once_on_an_area(tables, subskin):
         bad = subskin("locate", "pad.toml", "two.csv", *options)
         assert bad.code != 0
         assert words in bad.err
+
+
+def test_a_row_is_calibrated_by_points(tmp_path, monkeypatch, subskin):
+    """`calibrate` finds what pressed, or is told; the file says it, and `locate` seeks both."""
+    monkeypatch.chdir(tmp_path)
+    rng, at = np.random.default_rng(0), np.linspace(-6e-3, 6e-3, 30)
+    plain = ROW.replace('[locate]\nload = "either"\nbeside = "5 mm"\n', "")
+    (tmp_path / "row.toml").write_text(plain)
+    file = ss.load("row.toml")
+    press = ss.PointLoad(1.0, position=np.stack([at, np.zeros(30)], axis=-1))
+    np.savetxt(
+        "row.csv", np.column_stack([at, file.finger.read(press, rng)]), delimiter=",", comments="",
+        header="position," + ",".join(file.names),
+    )  # fmt: skip
+    ran = subskin("calibrate", "row.toml", "row.csv", "-o", "made.toml", "--fit", "gain,origin", "--json")
+    assert ran.code == 0
+    assert json.loads(ran.out)["load"] == "point"
+    made = ss.load("made.toml")
+    assert 'load = "point"' in made.text.partition("[calibration]")[2]
+    out = subskin("locate", "made.toml", "row.csv", "--truth", "position", "-o", "out.csv")
+    assert out.code == 0
+    assert (ss.io.read_table("out.csv").numbers("point_probability") > 0.99).all()
+    line = subskin("calibrate", "row.toml", "row.csv", "-o", "line.toml", "--load", "line", "--accept-misfit", "--json")
+    assert json.loads(line.out)["load"] == "line"
+    assert json.loads(line.out)["r2"] < json.loads(ran.out)["r2"]
+    (tmp_path / "said.toml").write_text(plain + '[locate]\nload = "line"\n')
+    said = subskin("calibrate", "said.toml", "row.csv", "-o", "said-made.toml", "--accept-misfit", "--json")
+    assert json.loads(said.out)["load"] == "line"
+    blind = subskin("calibrate", "--blind", "row.toml", "row.csv", "--load", "line")
+    assert blind.code == 2
+    assert "--load" in blind.err

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -220,3 +222,125 @@ def test_the_doubt_of_the_distance_is_in_the_interval_of_the_position():
     held = np.abs(found.position - y)[found.ok] < 1.959964 * found.std[found.ok, 0]
     assert found.ok.mean() > 0.3
     assert 0.93 < held.mean() < 0.975
+
+
+def test_what_is_sought_unasked(finger, space):
+    """A skin in space: a line or a point. A skin in a plane, tolerances, a stated force: a line."""
+    touch = ss.PointLoad(components=(1.0, 0.2, 0.0), position=(0.5e-3, 1.5e-3))
+    readings = space.read(touch)
+    assert isinstance(space.locate(readings), ss.estimate.Either)
+    assert isinstance(space.locator(), type(space.locator("either")))
+    for tip, options in (
+        (finger, {}),
+        (dataclasses.replace(space, tolerances=ss.Tolerances(gain=0.01)), {}),
+        (space, {"normal_force": (1.0, 200.0)}),
+        (space, {"load": "line"}),
+    ):
+        assert isinstance(tip.locate(readings, **options), ss.Estimate)
+    with pytest.raises(ss.errors.InvalidValueError, match='load="line"'):
+        ss.decide.slip(space.locate(readings), 0.5)
+    with pytest.raises(ss.errors.InvalidValueError, match="for points on the row"):
+        space.locate(readings, load="either", beside=0.0)
+
+
+def test_a_point_on_the_row_has_one_unknown_less(space):
+    touch = ss.PointLoad(components=[(1.0, 0.3, 0.0), (2.0, -0.5, 0.0)], position=[(0.7e-3, 0.0), (-3e-3, 0.0)])
+    found = space.locate(space.read(touch), load="point", beside=0.0)
+    assert found.ok.all()
+    np.testing.assert_allclose(found.position, touch.position[:, 0], atol=1e-8)
+    np.testing.assert_allclose(found.load.components, touch.components[:, :2], rtol=1e-6)
+    assert (found.spare == 3).all()
+    assert (found.beside == 0).all()
+    assert " N," in repr(found[0])
+    four = dataclasses.replace(space, array=ROW.select([1, 2, 3, 4]))
+    one = ss.PointLoad(components=(1.0, 0.2, 0.0), position=(0.4e-3, 0.0))
+    assert four.locate(four.read(one), load="point", beside=0.0).ok
+    assert not four.locate(four.read(one), load="point").ok  # nothing to spare
+
+
+def test_numbers_of_either_are_those_of_the_likeliest(space):
+    rng = np.random.default_rng(0)
+    y = [-2e-3, 0.5e-3, 1.5e-3]
+    line = ss.LineLoad(150.0, 0.2, y[0])
+    points = ss.PointLoad(components=[(1.0, 0.2, 0.0), (1.0, 0.1, 0.0)], position=[(y[1], 0.0), (y[2], 2e-3)])
+    found = space.locate(np.vstack([space.read(line, rng), space.read(points, rng)]))
+    assert found.ok.all()
+    assert found.point_probability.round(2).tolist() == [0.0, 1.0, 1.0]
+    np.testing.assert_allclose(found.position, y, atol=5e-5)
+    np.testing.assert_allclose(found.force, [150.0, np.hypot(1.0, 0.2), np.hypot(1.0, 0.1)], rtol=0.02)
+    np.testing.assert_allclose(found.angle, [0.2, np.arctan(0.2), np.arctan(0.1)], atol=0.02)
+    np.testing.assert_allclose(found.beside, [0.0, 0.0, 2e-3], atol=1e-4)
+    np.testing.assert_array_equal(found.std[:, 0], found.position_std)
+    assert found.components.shape == (3, 2)
+    assert "N/m" in repr(found[0])
+    assert " N," in repr(found[1])
+
+
+@pytest.mark.parametrize("kind", [ss.MeanPressure, ss.NormalStrain])
+@pytest.mark.parametrize(("sensors", "friction", "ok"), [(4, 1.0, 0.5), (4, 0.0, 0.95), (6, 1.0, 0.85)])
+def test_on_the_row_it_costs_little_and_its_intervals_hold(kind, sensors, friction, ok):
+    """Noise 1 %, touches that lean within 40 degrees: lines, points on the row, and points beside it."""
+    tip = ss.Finger(
+        ss.HalfSpace(ss.Material(young=1.0)), ss.SensorArray.line(sensors, 1.0, 1.0, transducer=kind(), noise=1.0)
+    )
+    full = np.abs(tip.read(ss.PointLoad(1.0, position=(float(tip.array.y[1]), 0.0)))).max()
+    tip = dataclasses.replace(tip, array=dataclasses.replace(tip.array, noise=1e-2 * full))
+    rng = np.random.default_rng(sensors)
+    for strip in (None, 0.0, 0.3, 1.0):
+        at, drag = rng.uniform(*tip.array.y[[0, -1]], 800), friction * np.tan(rng.uniform(0, 0.7, 800))
+        azimuth = rng.uniform(-np.pi, np.pi, 800)
+        if strip is None:
+            size = full / np.abs(tip.read(ss.LineLoad(1.0, position=float(tip.array.y[1])))).max()
+            force = size * np.stack([np.ones(800), drag * np.sign(azimuth)], axis=-1)
+            load = ss.LineLoad.of_components(force, at)
+        else:
+            force = np.stack([np.ones(800), drag * np.cos(azimuth), drag * np.sin(azimuth)], axis=-1)
+            load = ss.PointLoad(components=force, position=np.stack([at, rng.uniform(0, strip, 800)], axis=-1))
+        found = tip.locate(tip.read(load, rng), load="either", friction=friction)
+        off = np.abs(found.position - at)
+        assert (found.ok & ((off > 5 * found.position_std) | (off > 0.3))).mean() <= 0.015
+        if strip is None or strip < 1:
+            assert found.ok.mean() > ok
+            assert 0.925 < (off < 1.959964 * found.position_std)[found.ok].mean() < 0.995
+
+
+def test_the_probability_is_that_of_an_integral_over_all_loads():
+    """A line, a point on the row and one beside it, five readings: sums over position, distance, force and drag."""
+    tip = ss.Finger(
+        ss.HalfSpace(ss.Material(young=1.0)),
+        ss.SensorArray.line(5, 1.0, 1.0, transducer=ss.MeanPressure(), noise=3e-2 / (2 * np.pi)),
+    )
+    rng, noise = np.random.default_rng(2), 3e-2 / (2 * np.pi)
+    y, away = np.linspace(-3.5, 3.5, 1401), np.linspace(0.0, 3.0, 61)
+    lines = tip.receptive_field(y, "line")
+    points = np.stack([tip.receptive_field(np.stack([y, np.full_like(y, z)], axis=-1), "point")[..., :2] for z in away])
+
+    def summed(fields, w):
+        """Of exp(-chi-square / 2) over position and force, over all that was thought possible of them."""
+        a = fields / noise
+        square = np.einsum("...nk,...nl->...kl", a, a)
+        best = np.linalg.solve(square, np.einsum("...nk,n->...k", a, w)[..., None])[..., 0]
+        left = ((w - np.einsum("...nk,...k->...n", a, best)) ** 2).sum(axis=-1)
+        inside = (best[..., 0] > 0) & (np.abs(best[..., 1]) < best[..., 0])
+        value = np.exp(-0.5 * left) * 2 * np.pi / np.sqrt(np.maximum(np.linalg.det(square), 1.0)) * inside
+        size2 = (best.reshape(-1, 2)[np.argmin(np.where(inside, left, np.inf))] ** 2).sum()
+        return value.sum(axis=-1) * (y[1] - y[0]) / (7.0 * size2 * 3 * np.log(10) * 2)
+
+    share, told = [], []
+    for k in range(40):
+        at = rng.uniform(-1.5, 1.5)
+        load = ss.LineLoad(1.8, 0.1, at) if k % 2 else ss.PointLoad(1.0, 0.1, position=(at, 0.0))
+        w = tip.read(load, rng) / noise
+        found = tip.locate(noise * w, load="either", search=(-3.5, 3.5))
+        line = 0.5 * summed(lines, w)
+        on_row = 0.15 * summed(points[0], w)
+        # of a drag across, and so of the angle along the row, the same share is left at each distance
+        beside = 0.35 * np.mean([summed(fields, w) for fields in points])
+        share.append((on_row + beside) / (line + on_row + beside))
+        told.append(found.point_probability)
+    odds = [np.log(np.clip(p, 1e-4, 1 - 1e-4) / (1 - np.clip(p, 1e-4, 1 - 1e-4))) for p in (share, told)]
+    off = odds[1] - odds[0]
+    assert np.median(np.abs(off)) < 0.5
+    # a position that is in doubt along the distance beside the row makes a point likelier than it is
+    assert -0.5 < off.min()
+    assert off.max() < 3.0

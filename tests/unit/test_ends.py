@@ -91,7 +91,7 @@ def test_in_a_layer_where_readings_turn_quickly_with_the_distance(thickness, kin
     rng, half = np.random.default_rng(0), 1.5 * PITCH
     y = rng.choice([-1, 1], 2000) * (half + rng.uniform(1.4, 5.0, 2000))
     readings = tip.read(ss.LineLoad(10 ** rng.uniform(0, 3, 2000), rng.uniform(-0.75, 0.75, 2000), y), rng)
-    found, w = tip.locate(readings), readings / 1e-3
+    found, w = tip.locate(readings, load="line"), readings / 1e-3
     far = np.linspace(1.5, 8.0, 160)
     top = np.max([explained(tip.receptive_field(s * (half + d)) / 1e-3, w, 1.0) for s in (-1, 1) for d in far], axis=0)
     sure = found.status == OK

@@ -287,13 +287,16 @@ def test_with_no_reading_to_spare_no_frame_is_ok():
     four, three = (ss.Finger(skin, ss.SensorArray.line(n, 1.0, 1.0, noise=1e-2)) for n in (4, 3))
     for found in (
         three.locate(frames[:, :3]), four.fit(frames), four.locate(frames, load="point"),
-        four.locate(np.where(np.arange(4) < 3, frames, np.nan)), four.locate(frames, load="either"),
+        four.locate(np.where(np.arange(4) < 3, frames, np.nan)),
     ):  # fmt: skip
         assert not found.ok.any()
+    # a line, and a point on the row, leave one of four: less of them pass than of lines alone
+    many = np.random.default_rng(1).normal(size=(4000, 4))
+    assert four.locate(many).ok.mean() < 0.5 * four.locate(many, load="line").ok.mean()
     touch = ss.LineLoad(1.0, 0.2, 0.3)
     assert not three.locate(three.read(touch)).ok
-    assert three.locate(three.read(ss.LineLoad(1.0, 0.0, 0.3)), friction=0).ok
-    assert four.locate(four.read(touch)).ok
+    assert three.locate(three.read(ss.LineLoad(1.0, 0.0, 0.3)), load="line", friction=0).ok
+    assert four.locate(four.read(touch), load="line").ok
 
 
 def test_a_load_at_the_end_of_the_search_is_not_sure():

@@ -39,7 +39,7 @@ def spoilt(tip, load, seed=1, least=0.1):
 def test_the_wild_reading_is_left_out_and_the_load_found(skin):
     tip, load = finger(skin=skin), touches(2000, 4e-3)
     readings, which = spoilt(tip, load)
-    without, found = tip.locate(readings), tip.locate(readings, outliers=1)
+    without, found = (tip.locate(readings, load="line", outliers=n) for n in (0, 1))
     assert (without.status == ss.Status.UNEXPLAINED).mean() > 0.85
     again = (without.status == ss.Status.UNEXPLAINED) & (found.status == ss.Status.OK)
     assert again.mean() > 0.8
@@ -49,7 +49,7 @@ def test_the_wild_reading_is_left_out_and_the_load_found(skin):
     # and then it is the estimate that the others alone give
     holed = readings.copy()
     holed[np.arange(2000), which] = np.nan
-    alone = tip.locate(holed)
+    alone = tip.locate(holed, load="line")
     np.testing.assert_array_equal(found.table[again & right], alone.table[again & right])
     score = ((found.position - load.position) / found.std[:, 0])[again & right]
     assert 0.9 < score.std() < 1.1

@@ -109,6 +109,11 @@ def frames(finger):
     return finger.read(ss.Hertz(30.0, [0.3, -0.2], [0.7e-3, -1e-3], half_width=0.8e-3))
 
 
+def _slip(finger):
+    found = finger.locate(frames(finger), load="line")
+    return ss.decide.slip(found, 0.6, skin=finger.skin, indenter=ss.pressing.Cylinder(5e-3))
+
+
 def presses(finger, count):
     """Line loads at even positions, at angles that vary."""
     y = np.linspace(-3e-3, 3e-3, count)
@@ -147,11 +152,11 @@ def searched(finger):
 
 TOOLS = {
     "read": frames,
-    "locate": lambda f: f.locate(frames(f)),
+    "locate": lambda f: f.locate(frames(f), load="line"),
     "fit": lambda f: f.fit(frames(f), "hertz"),
     "pressure": lambda f: ss.pressure_map(f, frames(f)[0]),
     "contact type": lambda f: ss.decide.contact_type(f, frames(f)[0]),
-    "slip": lambda f: ss.decide.slip(f.locate(frames(f)), 0.6, skin=f.skin, indenter=ss.pressing.Cylinder(5e-3)),
+    "slip": _slip,
     "side angle": lambda f: ss.side_angle(f, frames(f), position=[0.7e-3, -1e-3], half_width=0.8e-3),
     "blind depth": lambda f: ss.estimate.blind_depth(f.skin, 1e-3),
     "calibrate": known,
@@ -169,7 +174,7 @@ TOOLS = {
     "compliance": softer,
     "search": searched,
     "press": lambda f: ss.press(f.skin, ss.pressing.Cylinder(5e-3), force=30.0, friction=0.5, slide=1e-5),
-    "section": lambda f: finger_section(f, TOUCH, f.locate(frames(f)[0])),
+    "section": lambda f: finger_section(f, TOUCH, f.locate(frames(f)[0], load="line")),
     "response drawn": lambda f: response_figure(design.spatial_response(f)),
     "density drawn": lambda f: density_figure(design.sensor_density(f)),
 }

@@ -87,7 +87,7 @@ def calibrated(presses, skin, kind, fit):
     """The fit alone: how far positions are off is measured below, of a half plane."""
     positions, readings = presses
     finger = ss.Finger(skin, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3, transducer=KINDS[kind]))
-    return fitted(finger, readings[::2], positions[::2], fit=fit).result()
+    return fitted(finger, readings[::2], positions[::2], fit=fit, load="line").result()
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +123,7 @@ class TestABondedLayer:
         positions, readings = (a[1::2] for a in presses)
 
         def median(found):
-            located = found.finger.locate(readings, friction=0, search=SEARCH)
+            located = found.finger.locate(readings, load="line", friction=0, search=SEARCH)
             return np.nanmedian(np.abs(located.position - (positions - found.origin)))
 
         half = median(on_half_plane)
@@ -150,7 +150,7 @@ class TestABondedLayer:
         for skin, measured, poisson, r2, median, depth, thickness in rows:
             name = kinds[measured] if poisson == "1/2" else "strain, any nu"
             found = on_half_plane if skin == "half plane" else on_layer[name]
-            located = found.finger.locate(readings, friction=0, search=SEARCH)
+            located = found.finger.locate(readings, load="line", friction=0, search=SEARCH)
             error = np.nanmedian(np.abs(located.position - (positions - found.origin)))
             assert found.evaluate(readings, positions).r2 == pytest.approx(float(r2), abs=6e-5)
             assert 1e3 * error == pytest.approx(float(median), abs=6e-4)

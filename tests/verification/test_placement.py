@@ -61,7 +61,7 @@ def foretold_and_found(finger, touches=TOUCH, grid=(61, 31), rng=None, **options
     quality = placement_quality(finger, touches, grid=grid, **options)
     measured = finger.measure(ss.LineLoad(touches.force, quality.angle, quality.position[:, None]))
     frames = finger.array.digitise(np.repeat(measured[..., None, :], FRAMES, -2), rng)
-    found = finger.locate(frames, search=quality.search, friction=touches.friction)
+    found = finger.locate(frames, load="line", search=quality.search, friction=touches.friction)
     return quality, found
 
 

@@ -162,14 +162,17 @@ class _Check:
         n = len(finger.array)
         self.live = finger.array.live & np.isfinite(data).any(axis=0)
         self.ratio, self.shift, self.out = np.ones(n), np.zeros(n), ~self.live
-        status = self.locator()(data).status
-        if finger.skin.takes_local:  # lines, or points on the row: what explains more
+        found = self.locator()(data)
+        if finger.skin.takes_local:  # lines, or points on the row: what leaves less
             lines, self.field = self.field, points_on(finger, (self.field.start, self.field.stop))
-            points = self.locator()(data).status
-            if np.isin(points, _EXPLAINED).sum() > np.isin(status, _EXPLAINED).sum():
-                status = points
+            points = self.locator()(data)
+            if np.median(np.nan_to_num(points.residual, nan=np.inf)) < np.median(
+                np.nan_to_num(found.residual, nan=np.inf)
+            ):
+                found = points
             else:
                 self.field = lines
+        status = found.status
         touched = data[np.isin(status, (*_EXPLAINED, Status.UNEXPLAINED))]
         # spread evenly, no more than is worth the time and the memory
         self.touches = len(touched)

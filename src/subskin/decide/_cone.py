@@ -16,7 +16,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..estimate import Estimate, Layout, Status
+from ..estimate import Either, Estimate, Layout, Status
 from ._cone_kernel import CELL, EDGE, SURE, fill_cells
 from ._drag_kernel import DOUBLINGS, FARTHEST, drag_frames, fill_beyond, fill_levels
 from ._drag_lines import hermite
@@ -144,6 +144,9 @@ def _along_drag(estimate: Estimate, load: Forces, contact: str) -> Forces:
 
 def checked(estimate: Estimate) -> Estimate:
     """What is an estimate; an error for what is not."""
+    if isinstance(estimate, Either):
+        rule = "of a line or a point, whichever it was, a row does not tell the drag across it"
+        raise InvalidValueError("an answer for lines and points", rule, 'finger.locate(readings, load="line")')
     if not isinstance(estimate, Estimate):
         seen, rule = f"estimate = {_check.shown(estimate)}", "what Finger.locate or Finger.fit returned is needed"
         raise InvalidValueError(seen, rule, "decide.slip(finger.fit(readings), friction=0.5)")

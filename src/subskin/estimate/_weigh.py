@@ -12,10 +12,12 @@ import numpy as np
 
 from .._check import FloatArray
 from .._compiled import compiled
+from .layout import BESIDE
 
 __all__ = ["ANSWER", "Company", "weigh"]
 
-ANSWER = np.dtype([(name, float) for name in ("position", "std", "probability", "likeliest", "status")])
+_COLUMNS = ("position", "error", "probability", "likeliest", "status")
+ANSWER = np.dtype((np.record, [(name, float) for name in _COLUMNS]))
 """What `weigh` says of a frame: a position [m], how probable a point is, which of the three is likeliest, a status."""
 
 _OK, _LEFT_OPEN, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _INCOMPLETE = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0
@@ -23,6 +25,8 @@ _DECADES = 3.0 * math.log(10.0)
 _LEANING, _STEEP, _ACROSS = 10.0, 1e3, 64
 _LOG_TWO_PI = math.log(2 * math.pi)
 _SMALL = 1e-100
+_OF_DRAG = int(BESIDE.square[2, 2]) - BESIDE.covariance
+"""Where the variance of the drag stands among those of `BESIDE`."""
 
 
 class Company(NamedTuple):
@@ -46,11 +50,11 @@ class Company(NamedTuple):
     sure: FloatArray
 
 
-@compiled()
+@compiled(frames="out")
 def weigh(lines, on, beside, sensors, ambiguity, told, out):
     """What the three tables (f,) of `LINE`, `ON_ROW` and `BESIDE` say together, into `out` (f,) of `ANSWER`.
 
-    sensors (f,): how many were used; ambiguity: a rival's chi-square is within it; told: a `Company`.
+    sensors (3, f): how many each used; ambiguity: a rival's chi-square is within it; told: a `Company`.
     """
     log, at, std, weight, square = np.empty(3), np.empty(6), np.empty(6), np.empty(6), np.empty((4, 4))
     for f in range(len(out)):
@@ -61,25 +65,25 @@ def weigh(lines, on, beside, sensors, ambiguity, told, out):
         log[1] = _evidence(point, 1, told, square)
         log[2] = _evidence_beside(away, told, square)
         highest = max(log[0], log[1], log[2])
-        row.position = row.std = row.probability = row.likeliest = math.nan
+        row.position = row.error = row.probability = row.likeliest = math.nan
         if highest == -math.inf:
             row.status = _none(statuses)
             continue
-        at[0], at[1], at[2], at[3], at[4], at[5] = line.y, point.y, away.y, line.rival_y, point.rival_y, away.rival_y
         worse = (line.rival_chi2, point.rival_chi2, away.rival_chi2)
-        std[0], std[1], std[2] = (
-            math.sqrt(line.covariance[0]), math.sqrt(point.covariance[0]), math.sqrt(away.covariance[0]),
-        )  # fmt: skip
+        variances = (line.covariance[0], point.covariance[0], away.covariance[0])
+        where = (line.y, point.y, away.y, line.rival_y, point.rival_y, away.rival_y)
+        for k in range(6):
+            at[k], std[k] = where[k], math.sqrt(variances[k % 3])
         total, believed, ends, best = 0.0, 0.0, 0.0, 0
         for k in range(3):
             weight[k] = math.exp(log[k] - highest)
-            weight[k + 3], std[k + 3] = 0.0, std[k]
+            weight[k + 3] = 0.0
             if at[k + 3] == at[k + 3]:
                 weight[k + 3] = weight[k] * math.exp(-0.5 * worse[k])
             total += weight[k] + weight[k + 3]
             best = k if weight[k] > weight[best] else best
             left = (line.residual, point.residual, away.residual)[k]
-            spare = sensors[f] - int(told.unknowns[k])
+            spare = sensors[k, f] - int(told.unknowns[k])
             believed += weight[k] if spare > 0 and left <= told.sure[spare] else 0.0
             # for another reason than a rival: a load at an end of the search, or beyond it
             ends += weight[k] if statuses[k] == _AMBIGUOUS and not worse[k] < ambiguity else 0.0
@@ -95,12 +99,12 @@ def weigh(lines, on, beside, sensors, ambiguity, told, out):
         for k in range(6):
             if weight[k] > 0.0 and abs(at[k] - at[best]) <= told.near:
                 second += weight[k] * (std[k] ** 2 + (at[k] - mean) ** 2)
-        row.position, row.std = mean, math.sqrt(second / near)
+        row.position, row.error = mean, math.sqrt(second / near)
         row.probability = 1.0 - (weight[0] + weight[3]) / total
         row.likeliest = best
-        sure = elsewhere < told.most * total and ends < told.most * total and row.std < told.open
+        sure = elsewhere < told.most * total and ends < told.most * total and row.error < told.open
         # where a point takes up every reading, the others have to explain the frame well
-        if sensors[f] <= int(told.unknowns[2]):
+        if sensors[2, f] <= int(told.unknowns[2]):
             sure = sure and believed > 0.5 * total
         row.status = _OK if sure else _AMBIGUOUS
 
@@ -165,7 +169,7 @@ def _leant(row, told):
     """
     mu = min(told.friction, _LEANING)
     a = max(abs(row.n), _SMALL)
-    ratio = max(abs(row.t) - 2 * math.sqrt(row.covariance[7]), 0.0) / a
+    ratio = max(abs(row.t) - 2 * math.sqrt(row.covariance[_OF_DRAG]), 0.0) / a
     best = 0.0
     for side in range(2):
         z, held = row.half_width if side == 0 else row.high, 0.0

@@ -84,6 +84,11 @@ class Either(FrameTable):
         return self.table[..., 2]
 
     @property
+    def likeliest(self) -> FloatArray:
+        """Which contact is likeliest, shape (...): 0 the line, 1 the point on the row, 2 the one beside it; or NaN."""
+        return self.table[..., 3]
+
+    @property
     def status(self) -> npt.NDArray[np.int8]:
         """`Status` of each frame, as integers."""
         return self.table[..., 4].astype(np.int8)
@@ -116,13 +121,13 @@ class Either(FrameTable):
 
     def _likeliest(self, *each: FloatArray) -> FloatArray:
         """Of each frame what belongs to its likeliest contact; NaN where there is none."""
-        which = self.table[..., 3].reshape(self.shape + (1,) * (each[0].ndim - len(self.shape)))
+        which = self.likeliest.reshape(self.shape + (1,) * (each[0].ndim - len(self.shape)))
         return np.select([which == k for k in range(3)], each, np.nan)
 
     def _shown(self) -> list[Shown]:
-        none, point, std = np.zeros(self.shape), self.table[..., 3] >= _ON, self.std
-        line = self.table[..., 3] == _LINE
-        beside = np.where(self.table[..., 3] == _BESIDE, self.point.beside, np.nan)
+        none, point, std = np.zeros(self.shape), self.likeliest >= _ON, self.std
+        line = self.likeliest == _LINE
+        beside = np.where(self.likeliest == _BESIDE, self.point.beside, np.nan)
         return [
             Shown("position", 1e3 * self.position, 1e3 * self.position_std, "mm"),
             Shown("force of a line", np.where(line, self.force, np.nan), std[..., 1], self.line.force_unit),
@@ -133,7 +138,7 @@ class Either(FrameTable):
         ]
 
     def _columns(self) -> dict[str, FloatArray]:
-        on_row = self.table[..., 3] == _ON
+        on_row = self.likeliest == _ON
         point = np.where(on_row, self.on_row.force, self.point.force)
         return {
             "position": self.position,
@@ -219,12 +224,16 @@ class EitherLocator:
         tables, kept = zip(*(one._frames(readings, doubt) for one in each), strict=True)
         rows = [one.layout.named(t.reshape(-1, t.shape[-1])) for one, t in zip(each, tables, strict=True)]
         out = np.empty((len(rows[0]), len(ANSWER.names or ())))
-        sensors = kept[0].reshape(len(out), -1).sum(axis=-1)
-        weigh(*rows, sensors, self.line._ambiguity, self._told, out.view(ANSWER)[:, 0])
-        out.flags.writeable = False
+        sensors = np.stack([used.reshape(len(out), -1).sum(axis=-1) for used in kept])
+        weigh(*rows, sensors, self.line._ambiguity, self._told, np.ndarray(len(out), ANSWER, out))
         line, on_row = (
             Estimate(table, used, one.friction, one.unknowns, one.layout, one.relative)
             for table, used, one in zip(tables[:_BESIDE], kept, each, strict=False)
         )
-        shape = (*tables[0].shape[:-1], out.shape[1])
-        return Either(out.reshape(shape), kept[0], line, on_row, self.point.alone(tables[_BESIDE], kept[_BESIDE]))
+        out = out.reshape(*tables[0].shape[:-1], out.shape[1])
+        out.flags.writeable = False
+        used = kept[0]
+        if self.line._outliers:  # each may have left out another reading
+            used = np.select([out[..., 3, None] == k for k in (_ON, _BESIDE)], kept[_ON:], used)
+            used.flags.writeable = False
+        return Either(out, used, line, on_row, self.point.alone(tables[_BESIDE], kept[_BESIDE]))

@@ -54,7 +54,7 @@ def locator(
     moment: bool | None = None,
     touches: int = 1,
     **_unknown: Never,
-) -> AnyLocator:
+) -> Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
 
     Where the sensors are on an area it is an `AreaLocator`, of point loads, or a `RoundLocator`, of round contacts; an

@@ -58,12 +58,14 @@ def _estimate(found: Estimate, axes: str) -> Columns:
 
 
 def _either(found: Either, axes: str) -> Columns:
-    """The likelier of the two; the position is that of both together."""
-    point = found.point_probability >= 0.5
-    line, other = _estimate(found.line, axes), _estimate(found.point, axes)
-    columns: Columns = {name: np.where(point, other[name], line[name]) for name in line}
+    """Of the likeliest contact; the position is that of all together."""
+    parts = [_estimate(part, axes) for part in (found.line, found.on_row, found.point)]
+    which = [found.likeliest == k for k in range(len(parts))]
+    columns: Columns = {
+        name: np.select(which, [part[name] for part in parts], np.nan) for name in parts[0] if name != "load"
+    }
     columns |= {"position_y": found.position, "cov.y.y": found.position_std**2}
-    columns["load"] = np.where(np.isfinite(found.position), columns["load"], "").astype(object)
+    columns["load"] = np.select(which, [part["load"] for part in parts], "").astype(object)
     return {**columns, "point_probability": found.point_probability}
 
 
