@@ -77,7 +77,9 @@ def test_answers_name_their_unit(load):
         for text in (repr(one), repr(one[1]), repr(one.load), one._repr_html_()):
             assert ("touch loads" in text) is relative
             assert not (relative and " N" in text.replace("NO_", "").replace("NaN", ""))
-        assert ("force_unit" in found.to_dict()) is relative
+        assert ("force_unit" in found.to_dict()) is (relative or load == "either")
+        if load == "either":  # a line or a point: each frame says
+            assert found.to_dict()["force_unit"].tolist() == 2 * ["touch loads" if relative else "N"]
 
 
 def test_so_do_pressures_slips_and_figures(rig):

@@ -23,6 +23,7 @@ from ..radial import tabulate_radial
 from ..response import Response
 from ..skin import in_space
 from .estimate import Estimate, Status
+from .frames import packed
 from .layout import BESIDE, ON_ROW
 from .search import Locator
 
@@ -43,9 +44,8 @@ _TERMS = 1e-7
 """What the last of a table's sums over the distance may be, relative to the largest reading."""
 _FEW, _MANY = 16, 48
 _STEEPEST, _STEEP = 0.95, 1e3
-_PACE, _COARSE = 0.1, 0.2
-"""Depths from one distance beside the row to the next along which the crest of chi-square is looked at: from where a
-point was found, and from the row."""
+_PACE = 0.1
+"""Depths from one distance beside the row to the next along which the crest of chi-square is looked at."""
 _OPEN = 0.1
 """Depths: a position whose standard error is larger is left open by the readings."""
 
@@ -177,7 +177,7 @@ class PointLocator(Locator):
     ) -> None:
         super()._run(frames, pattern, out, doubt)
         if doubt is None:
-            self._look_along(frames, pattern, _PACE, out)
+            self._look_along(frames, pattern, 1, out)
         at = BESIDE
         out[:, at.square[1, 1]] += self.unseen(out)
         status = out[:, at.status]
@@ -196,13 +196,23 @@ class PointLocator(Locator):
         table.flags.writeable = False
         return Estimate(table, used, self.friction, self.unknowns, BESIDE, self.relative)
 
-    def _look_along(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], pace: float, out: FloatArray) -> None:
+    def _look_along(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], stride: int, out: FloatArray) -> None:
         from .crest import look_along
 
         arrays = self._arrays if pattern is self._all else ()
         if not arrays:
             arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
-        look_along(frames, arrays[0], *arrays[-2:], pace * self._shallowest, BESIDE.named(out))
+        nodes, pace = self._prepared.get(b"along" + pattern.tobytes(), partial(self._along, pattern))
+        look_along(frames, arrays[0], *arrays[-2:], nodes, pace, stride, BESIDE.named(out))
+
+    def _along(self, pattern: npt.NDArray[np.bool_]) -> tuple[FloatArray, float]:
+        """Whitened tables at each distance beside the row along which the crest is looked at, and their pace [m]."""
+        part, scale = self._searched.select(pattern), 1 / np.asarray(self.array.noise)[pattern]
+        pace = part.widest / max(round(part.widest / (_PACE * self._shallowest)), 1)
+        square = (np.arange(round(part.widest / pace) + 1) * pace / part.widest) ** 2
+        sums = np.polynomial.chebyshev.chebvander(2 * square - 1, len(part.coefficients) - 1)
+        every = np.tensordot(sums, part.coefficients, axes=1)
+        return np.stack([packed(replace(part, coefficients=one, widest=0.0), scale) for one in every]), pace
 
     def count_beside(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], table: FloatArray) -> None:
         """Widen the variance of positions on the row, rows (f, columns) of `ON_ROW`, by all distances beside it."""
@@ -211,7 +221,7 @@ class PointLocator(Locator):
         rows[:, BESIDE.covariance], rows[:, BESIDE.square[3, 3]] = table[:, ON_ROW.covariance], 1.0
         found = np.isin(table[:, ON_ROW.status], (Status.OK, Status.AMBIGUOUS))
         rows[:, BESIDE.status] = np.where(found, Status.OK, Status.UNEXPLAINED)
-        self._look_along(frames, pattern, _COARSE, rows)
+        self._look_along(frames, pattern, 2, rows)
         table[found, ON_ROW.covariance] = rows[found, BESIDE.covariance]
 
     def unseen(self, table: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from .._compiled import compiled
-from .kinds import WIDE_FIT, Across, climb_wide, modelled, until
+from .kinds import LINE_FIT, LINE_ROWS, WIDE_FIT, Across, Along, Line, climb_line, climb_wide, modelled, until
 from .layout import BESIDE
 from .project import whitened
 from .varpro import Limits
@@ -26,17 +26,19 @@ _WITH_AWAY, _OF_AWAY = (int(BESIDE.square[i, 3]) - BESIDE.covariance for i in (0
 
 
 @compiled()
-def look_along(readings, sensors, table, settings, pace, out):
+def look_along(readings, sensors, table, settings, nodes, pace, stride, out):
     """Leave frames of `out` open whose crest is as high elsewhere, and widen the variance of y of the others.
 
-    It becomes that at one distance and the second moment of exp(S / 2) along the crest, if that is more. pace [m]: from
-    one distance to the next; all else as of `project.project_frames`, of points beside a row.
+    It becomes that at one distance and the second moment of exp(S / 2) along the crest, if that is more. nodes
+    (distances, cells, 5, 2, n): whitened tables of points at each distance beside the row, `pace` [m] apart from 0 on,
+    every `stride` of which is looked at; all else as of `project.project_frames`, of points beside a row.
     """
-    told, w, fits = settings[0], np.empty(readings.shape[1]), np.zeros(2, WIDE_FIT)
+    told, w, n = settings[0], np.empty(readings.shape[1]), readings.shape[1]
+    fits, wide = np.zeros(2, LINE_FIT), np.zeros(2, WIDE_FIT)
     model, cone, ending = modelled(table, told), Limits(told.friction, told.least, told.most), until(1e-7)
     ends = np.array([told.first, told.last, told.least_square, told.most_square])
-    held, fit = ends.copy(), fits[0]
-    y_at, q_at, height = np.empty(_STEPS + 2), np.empty(_STEPS + 2), np.empty(_STEPS + 2)
+    held, fit, free, rows = ends[:2].copy(), fits[0], wide[0], np.empty((LINE_ROWS, n))
+    y_at, z_at, height = np.empty(_STEPS + 2), np.empty(_STEPS + 2), np.empty(_STEPS + 2)
     for f in range(len(readings)):
         row = out[f]
         if row.status != _OK:
@@ -45,26 +47,24 @@ def look_along(readings, sensors, table, settings, pace, out):
         enough, apart = highest - told.ambiguity, _APART * math.sqrt(row.covariance[0])
         weight, moment = 1.0, 0.0
         for side in range(2):
-            y, before, count = row.y, row.half_width, 0
-            for k in range(_STEPS):
-                z = row.half_width + (k + 1) * (pace if side == 0 else -pace)
-                if z * z > told.most_square or (side == 1 and before <= 0.0):
-                    break
-                z = before = max(z, 0.0)
-                held[2] = held[3] = z * z
-                climb_wide(w, model, cone, held, Across(y, z * z), ending, fit, fits[1])
+            y, count = row.y, 0
+            here = row.half_width / pace
+            k = math.floor(here) + 1 if side == 0 else math.ceil(here) - 1
+            while count < _STEPS and 0 <= k < len(nodes):
+                climb_line(w, Line(nodes[k], told.start, told.step, rows), cone, held, Along(y), ending, fit, fits[1])
                 y = y_at[count] = fit.y
-                q_at[count], height[count] = fit.q, fit.explained
+                z_at[count], height[count] = k * pace, fit.explained
                 share = math.exp(0.5 * min(fit.explained - highest, 0.0))
                 weight += share
                 moment += share * (y - row.y) ** 2
                 count += 1
+                k += stride if side == 0 else -stride
             for k in range(count):
                 top = (k == 0 or height[k] >= height[k - 1]) and (k == count - 1 or height[k] >= height[k + 1])
                 y, s = y_at[k], height[k]
                 if top and s <= enough:  # the crest is narrow: its top lies between two distances
-                    climb_wide(w, model, cone, ends, Across(y, q_at[k]), ending, fit, fits[1])
-                    y, s = fit.y, fit.explained
+                    climb_wide(w, model, cone, ends, Across(y, z_at[k] ** 2), ending, free, wide[1])
+                    y, s = free.y, free.explained
                 if s > enough and abs(y - row.y) > apart:
                     row.status = _LEFT_OPEN
         c = row.covariance

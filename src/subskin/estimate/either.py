@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from .._cold import at_once
+from ..errors import GeometryError
 from .beside import OnRowLocator, PointLocator
-from .estimate import Estimate, FrameTable, unit_column
+from .estimate import Estimate, FrameTable
 from .search import Locator
 from .shown import Shown
 
@@ -94,6 +95,19 @@ class Either(FrameTable):
         return self.table[..., 4].astype(np.int8)
 
     @property
+    def best(self) -> Estimate:
+        """The estimate of the likeliest contact of a single frame; the line where nothing explains it.
+
+        Raises
+        ------
+        GeometryError
+            A batch of frames.
+        """
+        if self.shape:
+            raise GeometryError(f"frames of shape {self.shape}", "one frame has one likeliest contact", "found[0].best")
+        return (self.line, self.on_row, self.point)[int(np.nan_to_num(self.likeliest))]
+
+    @property
     def components(self) -> FloatArray:
         """Normal force and drag along the row of the likeliest contact, shape (..., 2): [N/m] of a line, else [N]."""
         return self._likeliest(self.line.components, self.on_row.components, self.point.components)
@@ -138,17 +152,21 @@ class Either(FrameTable):
         ]
 
     def _columns(self) -> dict[str, FloatArray]:
-        on_row = self.likeliest == _ON
+        on_row, std = self.likeliest == _ON, self.std
         point = np.where(on_row, self.on_row.force, self.point.force)
         return {
             "position": self.position,
             "position_std": self.position_std,
             "point_probability": self.point_probability,
+            "force": self.force,
+            "force_std": std[..., 1],
+            "force_unit": np.where(self.likeliest == _LINE, self.line.force_unit, self.point.force_unit),
+            "angle": self.angle,
+            "angle_std": std[..., 2],
             "line_force": self.line.force,
             "point_force": point,
             "beside": np.where(on_row, self.on_row.beside, self.point.beside),
             **super()._columns(),
-            **unit_column(self.shape, self.line.relative),
         }
 
 

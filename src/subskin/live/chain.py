@@ -127,7 +127,10 @@ class Chain(Frozen):
         given = {"fit": fit, "slip": _plain(slip), "overload": overload, "drift": _plain(drift), **options}
         self.options: Mapping[str, Any] = {name: value for name, value in given.items() if value is not None}
         most = None if overload is None else _check.scalar("overload", overload, above=0.0)
-        locator = file.locator(**({} if fit is None else {"family": fit}), **options)
+        asked = {} if fit is None else {"family": fit}
+        if slip is not None and not {"load", "family"} & {*options, *asked} and file.load is None:
+            asked = {"family": "line"}  # whose drag is known; an area takes points for it
+        locator = file.locator(**asked, **options)
         self._mu = None if slip is None else _friction(slip)
         if self._mu is not None:
             told = getattr(locator, "layout", None)

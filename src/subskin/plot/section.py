@@ -15,7 +15,7 @@ from .._check import FloatArray
 from ..array import SensorArray
 from ..contact import Contact, ContactSum, LineLoad
 from ..errors import GeometryError
-from ..estimate import Estimate, Status
+from ..estimate import Either, Estimate, Status
 from ..finger import Finger
 from ..skin import Skin
 from . import pieces
@@ -31,7 +31,7 @@ _UNITS = {"": (100.0, "measured [%]"), "Pa": (1e-3, "measured [kPa]")}
 def finger_section(
     finger: Finger,
     contact: Contact | None,
-    estimate: Estimate | None = None,
+    estimate: Estimate | Either | None = None,
     *,
     readings: npt.ArrayLike | None = None,
     component: str = "strain.xx",
@@ -46,9 +46,9 @@ def finger_section(
         The skin and its sensors.
     contact : Contact or None
         What presses; a single contact, not a batch. None where only the estimate is known: its load's field is drawn.
-    estimate : Estimate, optional
+    estimate : Estimate or Either, optional
         The load found from one frame, drawn with its 95 % interval (a wedge for the angle, a bar for the
-        position).
+        position); of an `Either` its line.
     readings : array_like, shape (n,), optional
         The frame itself [units of the transducers], drawn below against what contact and load found would give.
     component : str, optional
@@ -77,6 +77,7 @@ def finger_section(
         raise GeometryError(
             f"estimate of shape {estimate.shape}", "the estimate of a single frame is needed", "found[0]"
         )
+    estimate = estimate.line if isinstance(estimate, Either) else estimate
     name = "" if contact is None else "load" if estimate is None else "true"
     contact = _load_of(estimate) if contact is None else contact
     single("contact", contact.shape)

@@ -136,7 +136,7 @@ def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
         return _above(study, finger)
     touch = LineLoad(touches.force, 0.5 * touches.cone, 0.3 * finger.row.pitch)
     readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
-    found = finger.finger.locate(readings, search=finger.quality.search, friction=touches.friction)
+    found = finger.finger.locate(readings, load="line", search=finger.quality.search, friction=touches.friction)
     component = study.goals.choices[finger.row.sensor].kinds[0].transducer.component
     return Picture(
         finger_section(finger.finger, touch, readings=readings, estimate=found, component=component),

@@ -240,6 +240,7 @@ def _quality(values: dict[str, Any]) -> str:
 def _drawing(file: FingerFile, touch: Touch, found: Any, family: str | None) -> dict[str, Any]:
     """Position, components, the ellipse of its errors, the rival, and what the sensors would read of it."""
     none = {"load": None, "ellipse": None, "rival": None, "fitted": None}
+    found = getattr(found, "best", found)
     load = getattr(found, "load", None)
     if load is None or found.layout.aside or not np.isfinite(load.components).all():
         return none
