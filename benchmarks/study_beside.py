@@ -10,11 +10,12 @@ with touches that press straight down, and `friction=0`.
 A second table is of real boards: FOLDER (../shared/data) holds recordings that do not ship with this package. Each
 column of four barometers is calibrated by touches above it, spread evenly, and finds the other touches above it and
 beside it. OK and wrong is there off by more than 2 mm or five standard errors. "line": calibrated and located as lines.
-"either": both as usual.
+"either": both as usual. Last come times of a frame.
 """
 
 from __future__ import annotations
 
+import time
 import warnings
 
 import numpy as np
@@ -92,6 +93,25 @@ def on_boards(folder) -> list[list[str]]:
     return rows
 
 
+def times() -> list[list[str]]:
+    """Rows of the last table: six barometers, touches on a point within two depths of the row, then line loads."""
+    rng, tip, rows = np.random.default_rng(0), finger("pressure", 6, 1e-2), []
+    for strip in (None, (0.0, 2.0)):
+        frames, _ = touches(tip, strip, np.deg2rad(40), 500, rng)
+        for load in ("line", "point", "either"):
+            tip.locator("either").warm_up()
+            took = []
+            for some in (frames[0], frames):
+                each = []
+                for _ in range(200 if some.ndim == 1 else 20):
+                    start = time.perf_counter()
+                    tip.locate(some, load=load)
+                    each.append((time.perf_counter() - start) / len(np.atleast_2d(some)))
+                took.append(f"{1e6 * np.median(each):.3g}")
+            rows.append(["line loads" if strip is None else "points", load, *took])
+    return rows
+
+
 def main() -> None:
     """Run and print."""
     options = arguments(__doc__, count=2000, seed=0, data=DATA)
@@ -123,6 +143,8 @@ def main() -> None:
                 row.append(f"{np.nanmean(found.point_probability):.2f}")
                 rows.append(row)
                 print(row, flush=True)
+    head = ["touches", "load", "a frame by itself [us]", "in a batch [us]"]
+    show("Time of a frame", head, times(), options.json)
     columns = ["touch, depths beside"]
     columns += [f"{load}: {what}" for load in ("line", "point", "either") for what in ("OK", "OK and wrong", "in 95 %")]
     show(

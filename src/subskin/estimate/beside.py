@@ -219,7 +219,7 @@ class PointLocator(Locator):
         rows = np.zeros((len(table), BESIDE.columns))
         rows[:, 0], rows[:, BESIDE.residual] = table[:, 0], table[:, ON_ROW.residual]
         rows[:, BESIDE.covariance], rows[:, BESIDE.square[3, 3]] = table[:, ON_ROW.covariance], 1.0
-        found = np.isin(table[:, ON_ROW.status], (Status.OK, Status.AMBIGUOUS))
+        found = table[:, ON_ROW.status] <= Status.AMBIGUOUS
         rows[:, BESIDE.status] = np.where(found, Status.OK, Status.UNEXPLAINED)
         self._look_along(frames, pattern, 2, rows)
         table[found, ON_ROW.covariance] = rows[found, BESIDE.covariance]
