@@ -38,6 +38,7 @@ from .judge import (
     tops_of,
     unsure,
 )  # fmt: skip
+from .moments import FEW_SENSORS, moments
 from .point import FIT, ROWS, Point, PointModel, climb, covariance
 from .scan import by_strongest, taken, whitened
 from .tiles import Tiles
@@ -138,6 +139,8 @@ def _settle(w, single, total, tile, over, search, room, row, size, c):
         and is_broad(single[:n], tiles, base + n + 1, Point(fit.y, fit.z), explained, spread, widest, settings)
     ):
         status = _AMBIGUOUS
+    if n <= FEW_SENSORS:
+        moments(w, model, limits, box, fit, room.root, trial, spread)
     row[_STATUS] = status
     return explained - settings.ambiguity if status == _OK else math.inf
 
