@@ -145,7 +145,7 @@ _YY, _YQ, _QQ = 6, 8, 10
 
 _LINE = kernel(Along, None, 2, bent=True, read=line_read, where=line_at)
 _WIDE = kernel(Across, wide_field, 2, bent=True)
-LINE_FIT, climb_line, line_covariance = _LINE.fit, _LINE.climb, _LINE.covariance
+LINE_FIT, climb_line, line_covariance, project_line = _LINE.fit, _LINE.climb, _LINE.covariance, _LINE.project
 WIDE_FIT, climb_wide, wide_covariance = _WIDE.fit, _WIDE.climb, _WIDE.covariance
 project_wide, wide_slopes, wide_information = _WIDE.project, _WIDE.slopes, _WIDE.information
 

@@ -31,6 +31,7 @@ from .kinds import (
     width_of,
 )
 from .layout import LINE, WIDE
+from .moments import line_moments
 from .scan import FEW, MOST_CHI2, Heights, highest, peaks, room_for, survey
 from .varpro import Ending, Limits
 
@@ -137,7 +138,7 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
         if table.ndim == 3:
             sure, square = wide_uncertainty(fit, cone, ends, c, row), WIDE_SQUARE
         else:
-            sure, square = _line_uncertainty(fit, cone, s[0], told, row), _LINE_SQUARE
+            sure, square = _line_uncertainty(w, model, fit, cone, s[0], told, trial, row), _LINE_SQUARE
         margin = 0.02 * told.pace
         sure &= told.first + margin < fit.y < told.last - margin
         # a lesser or a larger force would do better
@@ -237,7 +238,7 @@ def _widths_tried(w, table, model, cone, ends, told, s, squares, fits, best):
 
 
 @compiled()
-def _line_uncertainty(fit, cone, s, told, row):
+def _line_uncertainty(w, model, fit, cone, s, told, trial, row):
     """Fill in the covariance of (y, N, T); whether S is about as narrow as its curvature at the top says; s (m,)."""
     c, pace = row.covariance, told.pace
     line_covariance(fit, cone, _NO_MORE, c)
@@ -270,6 +271,7 @@ def _line_uncertainty(fit, cone, s, told, row):
                 for j in range(i, 3):
                     c[k] += extra * first[i] * first[j]
                     k += 1
+        line_moments(w, model, fit, cone, told, trial, c)
     reach = max(6.0 * math.sqrt(c[0]), told.broad) / pace
     before, after = math.floor(at - reach), math.ceil(at + reach)
     enough = fit.explained - told.ambiguity
