@@ -122,7 +122,8 @@ def test_fingers_table_and_report(searched):
     finger = load(folder / "one" / "finger_1.toml").finger
     found = finger.locate(finger.read(ss.LineLoad(20.0, angle, position)), friction=0.5)
     std = found.std[..., [0, 2]] * [1e3, 180 / np.pi]
-    assert said == pytest.approx([*std.mean(axis=(0, 1)), *std.max(axis=(0, 1))], rel=0.02)
+    assert said[:2] == pytest.approx(std.mean(axis=(0, 1)), rel=0.02)
+    assert said[2:] == pytest.approx(std.max(axis=(0, 1)), rel=0.08)  # there the profile is no parabola
 
 
 def test_the_fingers_are_files_like_any_other(searched, subskin, monkeypatch):

@@ -101,3 +101,34 @@ def test_bad_input():
         orient(GRID, np.zeros((1, 16)), np.zeros((1, 2)), force=-1.0)
     with pytest.raises(InvalidValueError, match="presses"):
         telling(GRID, 0)
+
+
+@pytest.mark.parametrize(
+    ("order", "name"),
+    [([5, 4, 3, 2, 1, 0], "in reversed order"), ([0, 1, 2, 3, 4, 5], None)],
+    ids=["reversed", "drawn"],
+)
+def test_a_calibration_of_a_row_shows_the_order(order, name):
+    rng, at = np.random.default_rng(0), np.linspace(-2 * DEPTH, 2 * DEPTH, 20)
+    readings = ROW.read(ss.LineLoad(40.0, position=at), rng)[:, order]
+    if name is None:
+        assert ss.calibrate(ROW, readings, at).tells_order
+        return
+    with pytest.raises(ss.errors.ConvergenceError, match=name) as wrong:
+        ss.calibrate(ROW, readings, at)
+    assert str(order) in str(wrong.value)
+    assert not ss.calibrate(ROW, readings, at, accept_misfit=True).tells_order
+    narrow = np.linspace(-0.5 * DEPTH, 0.5 * DEPTH, 20)  # too narrow to tell
+    found = ss.calibrate(ROW, ROW.read(ss.LineLoad(40.0, position=narrow), rng), narrow, accept_misfit=True)
+    assert found.r2 > 0.9
+    assert not found.tells_order
+
+
+def test_a_calibration_of_an_area_names_a_mirrored_board():
+    rng = np.random.default_rng(0)
+    at = rng.uniform(-1.5 * DEPTH, 1.5 * DEPTH, (30, 2))
+    readings = GRID.read(ss.PointLoad(1.0, position=at), rng)[:, SQUARE[::-1].reshape(-1)]
+    with pytest.raises(ss.errors.ConvergenceError, match="mirrored: y has the wrong sign"):
+        ss.calibrate(GRID, readings, at)
+    right = ss.calibrate(GRID, readings[:, SQUARE[::-1].reshape(-1)], at)
+    assert right.tells_order

@@ -33,7 +33,7 @@ def test_touches_beside_the_row_are_not_sure_and_wrong_and_those_above_it_are_fo
     over = free & (aside < 0.6) & (truth > y.min()) & (truth < y.max())
     assert located.ok[over].mean() > 0.8
     assert np.median(off[over & located.ok]) < 0.3e-3
-    assert (off < 1.96 * std)[over & located.ok].mean() > 0.84
+    assert (off < 1.96 * std)[over & located.ok].mean() > 0.8
     assert not wrong[over].any()
     assert wrong.sum() <= 0.002 * free.sum()  # of all touches, up to 12 mm beside the row and beyond its ends
     beside = free & (aside > 2) & (aside < 8)

@@ -37,6 +37,9 @@ _SPANS = 100.0
 _PLACES = ("origin", "origin_y", "origin_z", "turn")
 _LOOSE, _LOST, _HOPELESS, _TIED = 0.1, 0.5, 10, 0.95
 
+_SPANNED, _TOLD = 0.5, 0.9
+"""Share of the sensors' span, and R^2, from which touches show the order of the sensors."""
+
 
 class Health(IntEnum):
     """What a calibration says of a sensor."""
@@ -151,6 +154,9 @@ class Calibration(Fitted):
         Readings, each by its touch and sensor, that are so far off what all others say that they were left out.
     load : {"line", "point"}
         What pressed.
+    tells_order : bool
+        Whether the touches show which way round the sensors are: the model explains them, and they span half of the
+        sensors and more. Sensors in reversed order, mirrored or swapped would read them otherwise (`orient`).
     """
 
     finger: Finger
@@ -167,6 +173,7 @@ class Calibration(Fitted):
     turn: float = 0.0
     left_out: tuple[tuple[int, int], ...] = ()
     load: Literal["line", "point"] = "line"
+    tells_order: bool = False
 
     @property
     def r2(self) -> float:
@@ -285,6 +292,13 @@ class Calibration(Fitted):
         else:
             model = (measured(y) * load[:, None, : measured.components]).sum(axis=-1) + measured.offset
         return score(data, model, self.finger.array.live)
+
+
+def tells_order(points: FloatArray, positions: FloatArray, r2: float) -> bool:
+    """Whether touches at `positions` (m,) or (m, 2) could not be read so by sensors in another order."""
+    touched = np.ptp(positions.reshape(len(positions), -1), axis=0)
+    spanned = touched >= _SPANNED * np.ptp(points[:, : touched.size], axis=0)
+    return bool(spanned.all() and len(points) > 1 and r2 > _TOLD)
 
 
 def weak(gain: FloatArray, kinds: Sequence[object], std: FloatArray | float = 0.0) -> npt.NDArray[np.bool_]:

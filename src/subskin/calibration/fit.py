@@ -17,7 +17,7 @@ from ..errors import ConvergenceError, GeometryError
 from ..finger import Finger
 from ._forward import LINEAR, Forward
 from .alike import AlikeGains
-from .calibration import Calibration, Health, Parameter, score, weak
+from .calibration import Calibration, Health, Parameter, score, tells_order, weak
 from .uncertainty import Misfit, Uncertainty, misfit_of, neighbours, stretched
 
 __all__ = ["Fit"]
@@ -382,6 +382,7 @@ class Fit(Frozen):
             turn=self.forward.turn(self.p),
             left_out=self.left_out,
             load="point" if self.forward.dim == 2 or self.forward.points else "line",
+            tells_order=tells_order(self.forward.finger.array.points, self.positions, fit.r2),
         )
 
 

@@ -19,10 +19,12 @@ from ._forward import LINEAR, checked_names, terms_of
 from .calibration import Calibration, checked_touches
 from .fit import Fit
 from .held_out import checked, measured, placed
+from .orient import ways
 
-__all__ = ["calibrate", "explained", "fitted"]
+__all__ = ["another_order", "calibrate", "explained", "fitted"]
 
 _USUAL = ("gain", "offset", "depth", "origin")
+_REFUSED = "check the kind of sensor, the skin, the positions and the loads (force); or accept_misfit=True"
 _ALIKE = 1e-6
 """Share of themselves by which forces differ, and no more, that are alike."""
 
@@ -119,9 +121,26 @@ def explained(solution: Fit, *, accept_misfit: bool = False) -> Calibration:
     """What was fitted, its standard errors not yet held against touches held out; parameters and errors as above."""
     found = solution.result()
     if found.misfit.wrong and not accept_misfit:
-        fix = "check the kind of sensor, the skin, the positions and the loads (force); or accept_misfit=True"
-        raise ConvergenceError("a model that is not that of the touches", found.misfit.verdict, fix)
+        seen, fix = "a model that is not that of the touches", _REFUSED
+        if (order := another_order(solution)) is not None:
+            fix = f"{order[0]}: readings[:, {order[1].tolist()}], or the names of the columns in that order"
+        raise ConvergenceError(seen, found.misfit.verdict, fix)
     return found
+
+
+def another_order(solution: Fit) -> tuple[str, npt.NDArray[np.intp]] | None:
+    """The order of the channels by which the touches fit, where they do not as they are: in words, and by number."""
+    live, more = solution.live, dict[str, Any](gain_error=solution.gain_error, points=solution.forward.points)
+    for name, order in ways(solution.finger.array.points)[1:]:
+        if not (live[order] == live).all():
+            continue
+        touches = (solution.given[:, order], solution.positions, solution.load, live, solution.origin, solution.turn)
+        try:
+            if not Fit(solution.finger, solution.names, *touches, scan=True, **more).solve().result().misfit.wrong:
+                return f"the channels are {name}", order
+        except ConvergenceError:
+            continue
+    return None
 
 
 def fitted(

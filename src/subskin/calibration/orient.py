@@ -21,7 +21,7 @@ from ..errors import GeometryError
 from ..finger import Finger, finger_needed
 from .calibration import checked_readings
 
-__all__ = ["Orientation", "orient", "telling"]
+__all__ = ["Orientation", "orient", "telling", "ways"]
 
 _TURNS = (
     ("as drawn", (1, 0, 0, 1)),
@@ -189,12 +189,12 @@ def orient(
         force = [(float(f.load.components[0]), float(np.sqrt(f.load.covariance[k, k]))) for f in found]
         return min(float(np.sum(left)), _NOTHING), np.array(force)
 
-    ways = [(name, order, sign) for name, order in _ways(array.points) for sign in (1, -1)]
-    left = np.array([tried(order, sign)[0] for _, order, sign in ways])
+    possible_ways = [(name, order, sign) for name, order in ways(array.points) for sign in (1, -1)]
+    left = np.array([tried(order, sign)[0] for _, order, sign in possible_ways])
     chance = np.exp(-0.5 * (left - left.min()))
     chance /= chance.sum()
     best = int(np.argmin(left))
-    (name, order, sign), base = ways[best], float(left[best])
+    (name, order, sign), base = possible_ways[best], float(left[best])
     others = [np.where(order == i, i + 1, np.where(order == i + 1, i, order)) for i in range(len(array) - 1)]
     more = np.array([tried(other, sign)[0] - base for other in others])
     if more.size and more.min() < -_CLEAR:
@@ -209,7 +209,7 @@ def orient(
         possible, (more, order, name), sign, probability = [], none, 1, 0.0
     else:
         probability = float(chance[best])
-        possible = [way[1] for way, p in zip(ways, chance, strict=True) if p >= _POSSIBLE]
+        possible = [way[1] for way, p in zip(possible_ways, chance, strict=True) if p >= _POSSIBLE]
     ratio = np.full((len(data), 2), np.nan)
     if explained and told is not None:
         ratio = tried(order, sign)[1] / told[:, None]
@@ -250,9 +250,9 @@ def telling(finger: Finger, presses: int = 1) -> list[int]:
 
 def _most_telling(points: FloatArray, possible: Sequence[npt.NDArray[np.intp]], presses: int = 1) -> list[int]:
     """Sensors that the possible orders, or all, move furthest apart; of such the ones furthest from each other."""
-    ways = possible if len(possible) > 1 else [order for _, order in _ways(points)]
-    sites = np.stack([points[np.argsort(order)] for order in ways])  # of each channel
-    pairs = np.triu_indices(len(ways), 1)
+    orders = possible if len(possible) > 1 else [order for _, order in ways(points)]
+    sites = np.stack([points[np.argsort(order)] for order in orders])  # of each channel
+    pairs = np.triu_indices(len(orders), 1)
     apart = ((sites[:, None] - sites[None]) ** 2).sum(axis=-1)[pairs]
     far = ((points[:, None] - points) ** 2).sum(axis=-1)
     chosen: list[int] = []
@@ -264,7 +264,7 @@ def _most_telling(points: FloatArray, possible: Sequence[npt.NDArray[np.intp]], 
     return chosen
 
 
-def _ways(points: FloatArray) -> list[tuple[str, npt.NDArray[np.intp]]]:
+def ways(points: FloatArray) -> list[tuple[str, npt.NDArray[np.intp]]]:
     """Orders that symmetries of the positions allow, each once, with their names; the drawn one comes first."""
     centred = points - 0.5 * (points.min(axis=0) + points.max(axis=0))
     apart = np.linalg.norm(centred[:, None] - centred, axis=-1)

@@ -113,16 +113,8 @@ def run_calibrate(options: argparse.Namespace) -> int:
     choice = None
     if options.choose:
         file, fit, choice = chosen(file, fit, *touches, **loaded)
-    found = calibrate(
-        file.finger,
-        *touches,
-        fit=fit,
-        origin=None if "origin" in fit else file.origin,
-        turn=file.turn,
-        load=options.load or file.load,
-        accept_misfit=True,  # said, and refused, below
-        **more,
-    )
+    more |= {"origin": None if "origin" in fit else file.origin, "turn": file.turn, "load": options.load or file.load}
+    found = calibrate(file.finger, *touches, fit=fit, accept_misfit=True, **more)  # said, and refused, below
     held = ~used & np.isfinite(readings).any(axis=1)
     score = None
     if held.any():
@@ -145,14 +137,19 @@ def run_calibrate(options: argparse.Namespace) -> int:
             print(said, file=out)
 
     def write(to: str) -> None:
-        save_apart(options, file.with_finger(found.finger, found.origin, facts, turn=found.turn), to)
+        save_apart(options, io.with_calibration(file, found, facts), to)
 
     def as_json() -> dict[str, Any]:
         return _as_json(file, found, score, warned) | ({} if choice is None else {"choice": choice_as_json(choice)})
 
     give(options, as_json, people, {} if refused else {options.out: write})
     if refused:
-        raise ConvergenceError("no finger is written", found.misfit.verdict, _REFUSED)
+        fix = _REFUSED
+        try:
+            calibrate(file.finger, *touches, fit=fit, **more)
+        except ConvergenceError as wrong:  # channels in another order?
+            fix = wrong.fix if "order" in wrong.fix else fix
+        raise ConvergenceError("no finger is written", found.misfit.verdict, fix)
     return 0
 
 

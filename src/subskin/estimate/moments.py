@@ -12,20 +12,32 @@ import math
 from .._compiled import compiled
 from .kinds import Along, project_line
 
-__all__ = ["line_moments"]
+__all__ = ["line_moments", "widened"]
 
 _REACH, _UNKNOWNS = 4, 3
 """Standard deviations to either side, one apart, over which loads are summed."""
+_STEEP = 9.0
+"""Fall of S, to a deviation on both sides of the top, from which the nodes of the sum are too far apart."""
 
 
 @compiled()
 def line_moments(w, model, fit, cone, told, trial, c):
     """Make the covariance c of (y, N, T) the second moment about the top of exp(S / 2), over loads of all positions.
 
-    Each position has its best force, and that one's own covariance. told: settings; trial: scratch.
+    Each position has its best force, and that one's own covariance. The variance of y becomes no less than it was.
+    told: settings; trial: scratch.
     """
-    deviation = math.sqrt(c[0])
-    total = 0.0
+    variance = c[0]
+    deviation, total = math.sqrt(variance), 0.0
+    # a parabola within what the scan resolves; and a sum that would end with the search
+    if not 0.5 * told.pace <= deviation <= (told.last - told.first) / (2.0 * _REACH):
+        return
+    steep = 0
+    for side in (-1.0, 1.0):
+        project_line(w, model, cone, Along(fit.y + side * deviation), trial)
+        steep += fit.explained - trial.explained > _STEEP
+    if steep == 2:  # S falls far more steeply than that deviation says
+        return
     for k in range(c.size):
         c[k] = 0.0
     for i in range(-_REACH, _REACH + 1):
@@ -48,3 +60,17 @@ def line_moments(w, model, fit, cone, told, trial, c):
     over = 1.0 / total if total > 0.0 else math.inf
     for k in range(c.size):
         c[k] *= over
+    widened(c, variance)
+
+
+@compiled(inline=True)
+def widened(c, variance):
+    """Widen the covariance c of (y, N, T) along with y to a `variance` of y, where that is more."""
+    if not variance > c[0] > 0.0:
+        return
+    y, n, t, extra = c[0], c[1], c[2], (variance / c[0] - 1.0) / c[0]
+    first, k = (y, n, t), 0
+    for i in range(_UNKNOWNS):
+        for j in range(i, _UNKNOWNS):
+            c[k] += extra * first[i] * first[j]
+            k += 1

@@ -31,7 +31,7 @@ from .kinds import (
     width_of,
 )
 from .layout import LINE, WIDE
-from .moments import line_moments
+from .moments import line_moments, widened
 from .scan import FEW, MOST_CHI2, Heights, highest, peaks, room_for, survey
 from .varpro import Ending, Limits
 
@@ -138,7 +138,7 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
         if table.ndim == 3:
             sure, square = wide_uncertainty(fit, cone, ends, c, row), WIDE_SQUARE
         else:
-            sure, square = _line_uncertainty(w, model, fit, cone, s[0], told, trial, row), _LINE_SQUARE
+            sure, square = _line_uncertainty(fit, cone, s[0], told, row), _LINE_SQUARE
         margin = 0.02 * told.pace
         sure &= told.first + margin < fit.y < told.last - margin
         # a lesser or a larger force would do better
@@ -150,6 +150,8 @@ def _each(readings, sensors, squares, far, nodes, table, told, room, out):
                 w, far, nodes, told, cone, held, heights.beyond, enough, model.rows[:LINE_ROWS], far_fits
             )
         sure = sure and angle_told(row, square)
+        if table.ndim == 4:
+            line_moments(w, model, fit, cone, told, trial, row.covariance)
         if second >= 0:
             other = fits[second]
             row.rival_y, row.rival_n, row.rival_t = other.y, other.n, other.t
@@ -238,7 +240,7 @@ def _widths_tried(w, table, model, cone, ends, told, s, squares, fits, best):
 
 
 @compiled()
-def _line_uncertainty(w, model, fit, cone, s, told, trial, row):
+def _line_uncertainty(fit, cone, s, told, row):
     """Fill in the covariance of (y, N, T); whether S is about as narrow as its curvature at the top says; s (m,)."""
     c, pace = row.covariance, told.pace
     line_covariance(fit, cone, _NO_MORE, c)
@@ -262,16 +264,7 @@ def _line_uncertainty(w, model, fit, cone, s, told, trial, row):
                 crossing = at + side * _SPREAD * math.sqrt(variance) / pace
             width += abs(crossing - at) * pace
         # to where chi-square has risen by as much as at the ends of the interval: the covariance is widened to match
-        ratio = (0.5 * width / _SPREAD) ** 2 / variance
-        if ratio > 1.0:
-            y, n, t, extra = c[0], c[1], c[2], (ratio - 1.0) / variance
-            first = (y, n, t)
-            k = 0
-            for i in range(3):
-                for j in range(i, 3):
-                    c[k] += extra * first[i] * first[j]
-                    k += 1
-        line_moments(w, model, fit, cone, told, trial, c)
+        widened(c, (0.5 * width / _SPREAD) ** 2)
     reach = max(6.0 * math.sqrt(c[0]), told.broad) / pace
     before, after = math.floor(at - reach), math.ceil(at + reach)
     enough = fit.explained - told.ambiguity

@@ -1,6 +1,6 @@
 from ._recorded import LiveFormat
 from .body_file import read_body
-from .changed import fit_held, with_orientation, with_relaxation
+from .changed import fit_held, with_calibration, with_orientation, with_relaxation
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
 from .kept_arrays import FolderStore
@@ -36,6 +36,7 @@ __all__ = [
     "save_finger",
     "save_touches",
     "shards_done",
+    "with_calibration",
     "with_orientation",
     "with_relaxation",
     "write_table",

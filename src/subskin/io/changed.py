@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +22,10 @@ from .units import format_quantity, rounded
 
 if TYPE_CHECKING:
     from .._check import FloatArray
+    from ..calibration import Calibration
     from .tables import Table
 
-__all__ = ["fit_held", "remodelled", "with_orientation", "with_relaxation"]
+__all__ = ["fit_held", "remodelled", "with_calibration", "with_orientation", "with_relaxation"]
 
 _THICK = 3.0
 """Thickness of a layer that is only to be fitted, in depths of the deepest sensor: where the fit starts from."""
@@ -235,6 +238,37 @@ def with_orientation(file: FingerFile, day: str, presses: int) -> FingerFile:
     """
     _check.noun("file", file, FingerFile, 'io.load("finger.toml")')
     return replace(file, oriented=day, text=with_table(file.text, "oriented", {"date": day, "presses": presses}))
+
+
+def with_calibration(file: FingerFile, found: Calibration, facts: Mapping[str, Any]) -> FingerFile:
+    r"""The file of the finger that was calibrated, with `facts` in its [calibration].
+
+    Touches that show which way round the sensors are say so in [oriented], with the day.
+
+    Parameters
+    ----------
+    file : FingerFile
+        The file as it is.
+    found : Calibration
+        What `calibrate` found.
+    facts : mapping
+        What [calibration] is to say.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> from subskin.io import parse_finger
+    >>> file = parse_finger("[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 2e-3\ndepth = 2e-3\nnoise = 1e-5\n")
+    >>> at = np.linspace(-4e-3, 4e-3, 20)
+    >>> found = ss.calibrate(file.finger, file.finger.read(ss.LineLoad(40.0, position=at)), at, force=40.0)
+    >>> made = with_calibration(file, found, {"touches": 20})
+    >>> made.oriented is not None, "touches = 20" in made.text
+    (True, True)
+    """
+    made = file.with_finger(found.finger, found.origin, facts, turn=found.turn)
+    if not found.tells_order:
+        return made
+    return with_orientation(made, date.today().isoformat(), found.score.touches)
 
 
 def _rounded(values: Any) -> Any:

@@ -12,6 +12,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..calibration import Calibration
 from ..errors import InvalidValueError
+from ..io.changed import with_calibration
 from ..io.finger_file import FingerFile
 from ..io.units import quantity
 
@@ -143,4 +144,4 @@ def calibrated(file: FingerFile, fit: Sequence[str], found: Calibration) -> Fing
     """
     facts: dict[str, Any] = {"source": "bench", "fit": list(fit), "touches": found.score.touches}
     facts["r2"] = float(found.r2)
-    return replace(file, differences=True).with_finger(found.finger, found.origin, facts, turn=found.turn)
+    return with_calibration(replace(file, differences=True), found, facts)

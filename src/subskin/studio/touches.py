@@ -14,6 +14,7 @@ from .._check import FloatArray
 from .._shown import with_error
 from ..calibration import Calibration, calibrate
 from ..errors import FileError
+from ..io.changed import with_calibration
 from ..io.finger_file import FingerFile
 from ..io.tables import Table, read_table
 from ..live.batch import BareChain
@@ -178,9 +179,7 @@ class TouchesFeed(Feed):
         if self.found is None:
             raise FileError(self.name, "no finger was fitted to it", "touches that the finger can explain")
         facts = {"source": self.name, "fit": list(self.fit), "touches": self.found.score.touches}
-        return self.file.with_finger(
-            self.found.finger, self.found.origin, facts | {"r2": float(self.found.r2)}, turn=self.found.turn
-        )
+        return with_calibration(self.file, self.found, facts | {"r2": float(self.found.r2)})
 
     def told(self) -> dict[str, Any]:  # noqa: D102
         return {

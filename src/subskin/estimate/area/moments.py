@@ -19,6 +19,8 @@ __all__ = ["FEW_SENSORS", "moments"]
 FEW_SENSORS = 9
 _REACH = 4
 """Standard deviations to either side of the top, one apart: sums over a bell that go by its width are exact."""
+_STEEP = 9.0
+"""Fall of S, to a deviation on both sides of the top, from which they are too far apart."""
 _YY, _YZ, _ZZ, _UNKNOWNS = 0, 1, 5, 5
 
 
@@ -28,9 +30,18 @@ def moments(w, model, limits, box, fit, root, trial, spread):
 
     box (4,): ends of y, then of z; root (3,), trial: scratch.
     """
-    if not (0.0 < spread[_YY] < math.inf and 0.0 < spread[_ZZ] < math.inf):
-        return
+    widest_y, widest_z = (box[1] - box[0]) / (2.0 * _REACH), (box[3] - box[2]) / (2.0 * _REACH)
+    if not (0.0 < spread[_YY] < widest_y * widest_y and 0.0 < spread[_ZZ] < widest_z * widest_z):
+        return  # the sum would end with the search
     root_of(spread[_YY], spread[_YZ], spread[_ZZ], root)
+    steep, aside = 0, 0
+    for side in (-1.0, 1.0):
+        project(w, model, limits, Point(fit.y + side * root[0], fit.z + side * root[1]), trial)
+        steep += fit.explained - trial.explained > _STEEP
+        project(w, model, limits, Point(fit.y + side * root[1], fit.z + side * root[2]), trial)
+        aside += fit.explained - trial.explained > _STEEP
+    if steep == 2 or aside == 2:  # S falls far more steeply than the deviations say
+        return
     total = 0.0
     for k in range(spread.size):  # what it was is in root
         spread[k] = 0.0
