@@ -164,10 +164,10 @@ class TestTheProcess:
             fit = Fit(finger(), names, readings[: len(motor)], motor, start.load, start.live, ORIGIN, scan=False)
             fit.noise = start.noise
             fit = fit.solve(start.p)
-            loose = replace(fit.finger_found(), array=replace(fit.finger_found().array, noise=100.0))
+            loose = replace(fit.finger_found(), array=replace(fit.finger_found().array, noise=30.0))
             located = [loose.locate(readings[len(motor) :], friction=friction) for friction in (0.0, 1.0)]
             truth = new - fit.forward.origin(fit.p, ORIGIN)
-            off.append([100.0 * (one.position - truth) / one.std[:, 0] for one in located])
+            off.append([30.0 * (one.position - truth) / one.std[:, 0] for one in located])
         ratio = np.sqrt(np.mean(np.square(off), axis=0))
         np.testing.assert_allclose(ratio, expected, rtol=0.35)
         # without the misfit that moves the fit, or its correlation with that of the touch, half as much again
