@@ -132,6 +132,10 @@ def test_two_touches_at_once_on_an_area(tables, subskin):
     ):
         np.testing.assert_allclose(table.numbers(name), want, atol=1e-5)
     np.testing.assert_allclose(table.numbers("force_2"), 0.7, rtol=1e-2)
+    one = subskin("locate", "pad.toml", "two.csv")
+    assert "two touches at once explain 2 of 2 unexplained frames that were looked at. Fix: --touches 2" in one.err
+    np.savetxt("one.csv", [file.finger.read(left)], delimiter=",", comments="", header=",".join(file.names))
+    assert "two touches" not in subskin("locate", "pad.toml", "one.csv").err
     shown = subskin("locate", "pad.toml", "two.csv", "--touches", "2").out
     assert "touches" in shown
     assert "force_2" in shown

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
 from .._lazy import np
-from ..errors import InvalidValueError
+from ..errors import InvalidValueError, SubskinError
 from .common import give, note_orientation, number, show
 from .options import MEANING, command, frames, option
 
@@ -30,6 +31,8 @@ while nothing touches the skin, and subtracted.
 """
 
 
+_LOOKED_AT = 50
+"""Unexplained frames in which two touches are looked for, at most."""
 _DRAWN = (("truth", ""), ("position", ""), ("position", "_std"))
 _SHOWN = (
     "row", "touches", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth",
@@ -66,7 +69,8 @@ def run_locate(options: argparse.Namespace) -> int:
     sensors: Any = None
     beyond, score = 0, None
     with Kept(options, () if options.truth is None else ("error", "status", *drawn)) as kept:
-        for answers in answers_of(options, lambda file: file.locator(**_chosen(options))):
+        single = _Single(_chosen(options))
+        for answers in answers_of(options, single.of):
             columns, array = estimate_columns(answers), answers.file.finger.array
             sensors = answers.file.on_touches(array.points) if array.on_area else None
             if options.truth is not None:
@@ -74,6 +78,7 @@ def run_locate(options: argparse.Namespace) -> int:
                 beyond += int(columns.pop("beyond").sum())
             kept.add(columns, answers.found.status)
         note_orientation(answers.file)
+        single.note()
         if options.truth is not None:
             score = {**_score(kept.columns["error"], kept.columns["status"]), "beyond_search": beyond}
 
@@ -96,6 +101,41 @@ def run_locate(options: argparse.Namespace) -> int:
             kept.files,
             lambda plot: _drawn(plot, kept.columns, sensors),
         )
+
+
+class _Single:
+    """The locator of the options; of one touch on an area it keeps some frames that no touch explains."""
+
+    def __init__(self, chosen: dict[str, Any]) -> None:
+        self.chosen, self.left = chosen, list[Any]()
+
+    def of(self, file: io.FingerFile) -> Any:
+        """What answers the frames of a file."""
+        self.file, self.answer = file, file.locator(**self.chosen)
+        self.takes_doubt = getattr(self.answer, "takes_doubt", False)
+        return self if file.finger.array.on_area and self.chosen["touches"] == 1 else self.answer
+
+    def __call__(self, readings: Any, **more: Any) -> Any:
+        from ..estimate.estimate import Status
+
+        found = self.answer(readings, **more)
+        if len(self.left) < _LOOKED_AT:
+            self.left += list(readings[found.status == Status.UNEXPLAINED][: _LOOKED_AT - len(self.left)])
+        return found
+
+    def note(self) -> None:
+        """Say where two touches explain what one does not."""
+        from ..estimate.estimate import Status
+
+        if not self.left:
+            return
+        try:
+            two = self.file.locator(touches=2)(np.array(self.left)).status
+        except SubskinError:  # of a finger that knows no two
+            return
+        if count := int(np.isin(two, (Status.OK, Status.AMBIGUOUS)).sum()):
+            what = f"two touches at once explain {count} of {len(self.left)} unexplained frames that were looked at"
+            print(f"subskin: note: {what}. Fix: --touches 2", file=sys.stderr)
 
 
 def _chosen(options: argparse.Namespace) -> dict[str, Any]:
