@@ -10,7 +10,8 @@ with touches that press straight down, and `friction=0`.
 A second table is of real boards: FOLDER (../shared/data) holds recordings that do not ship with this package. Each
 column of four barometers is calibrated by touches above it, spread evenly, and finds the other touches above it and
 beside it. OK and wrong is there off by more than 2 mm or five standard errors. "line": calibrated and located as lines.
-"either": both as usual. Last come times of a frame.
+"either": both as usual. The third table counts what is neither: the mean of all that `finger.blind_spots` draws, two
+touches, and rollers 0.8 to 2 depths wide. Last come times of a frame.
 """
 
 from __future__ import annotations
@@ -93,6 +94,21 @@ def on_boards(folder) -> list[list[str]]:
     return rows
 
 
+def outside() -> list[list[str]]:
+    """Rows of the third table: what is neither a line nor a point, at a signal of 300 noises, 400 touches of each."""
+    rows = []
+    for kind in KINDS:
+        for sensors in (4, 6, 8):
+            tip, row = finger(kind, sensors, 1e-3), [f"{kind}, {sensors}"]
+            known = {load: tip.blind_spots(family=load, snr=300, count=400) for load in ("line", "either")}
+            names = [spot.name for spot in known["either"].rows if spot.name != "line"]
+            for spots in known.values():
+                row.append(f"{np.mean([spots[name].wrong for name in names]):.1%}")
+                row += [f"{spots[name].wrong:.1%}" for name in ("two", "wide_roller")]
+            rows.append(row)
+    return rows
+
+
 def times() -> list[list[str]]:
     """Rows of the last table: six barometers, touches on a point within two depths of the row, then line loads."""
     rng, tip, rows = np.random.default_rng(0), finger("pressure", 6, 1e-2), []
@@ -143,6 +159,11 @@ def main() -> None:
                 row.append(f"{np.nanmean(found.point_probability):.2f}")
                 rows.append(row)
                 print(row, flush=True)
+    head = [
+        "sensors",
+        *(f"{load}: {what}" for load in ("line", "either") for what in ("all", "two touches", "a roller")),
+    ]
+    show("OK and wrong of what is neither", head, outside(), options.json)
     head = ["touches", "load", "a frame by itself [us]", "in a batch [us]"]
     show("Time of a frame", head, times(), options.json)
     columns = ["touch, depths beside"]

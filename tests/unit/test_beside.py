@@ -165,6 +165,20 @@ def test_blind_spots_know_touches_on_points(finger):
     assert "beside" not in {row.name for row in told.rows}
 
 
+@pytest.mark.parametrize("sensors", [4, 8])
+def test_what_is_neither_a_line_nor_a_point_passes_no_more_often(sensors):
+    """Two touches, wide rollers, sensors that are not as drawn, ...; without a word on how well the best fits, twice."""
+    array = ss.SensorArray.line(sensors, 2e-3, 2e-3, transducer=ss.MeanPressure(), noise=30.0)
+    tip = ss.Finger(ss.HalfSpace(RUBBER), array)
+    either, line = tip.blind_spots(snr=300, count=300), tip.blind_spots(snr=300, count=300, family="line")
+    assert either.family == "either"
+    names = {row.name for row in either.rows} - {"line"}
+    assert not names & {"point", "beside"}
+    mean = [np.mean([spots[name].wrong for name in names]) for spots in (either, line)]
+    assert mean[0] < 0.04
+    assert mean[0] < mean[1]
+
+
 def test_a_drag_across_makes_the_one_along_look_steeper_than_friction(space):
     """T / (N - Tz z / depth) = 0.28 / 0.9 lies beyond mu = 0.3, and the load does not."""
     touch = ss.PointLoad(components=(1.0, 0.28, 0.1), position=(0.5e-3, DEPTH))

@@ -62,7 +62,7 @@ _PEOPLE = {"normal_strain": "normal strain", "mean_pressure": "pressure"}
     option("--radius LENGTH", "radius of the finger"),
     option("--half-width LENGTH", "half width of the touches (0: line loads)", "0 mm"),
     option("--snr N", "largest reading of the touches over its noise (1000)", 1000.0),
-    option("--family NAME", "family fitted for the blind spots (line, on an area point)"),
+    option("--family NAME", "family fitted for the blind spots (what locate seeks)"),
     option("--touches N", "touches for each blind spot (1000)", 1000),
     option("--map FILE", "draw the error over thickness and radius; .svg, .png or .pdf"),
     option("--tip-map FILE", "draw what a round tip costs, over its radius and the depth"),

@@ -10,7 +10,9 @@ import numpy as np
 from .. import _check
 from .._shown import html_table, lines
 from ..contact.families import Family, LocalFamily, checked_family, families, local_families
-from ..estimate import Status
+from ..estimate import Either, Status
+from ..estimate.locate import locator
+from ..estimate.on_row import usual as sought
 from ..finger import Finger, finger_needed
 from ._common import locator_for, widest
 from .outside import Drawn, Outside, Scene, outside_of
@@ -24,6 +26,7 @@ _STD, _FAR, _FORCE = 5.0, 0.3, 0.3
 On an area the standard error is that in the direction in which it is worst.
 """
 
+_OF_LINES = ("half_width", "normal_force", "stick", "moment")
 _HEADS = ("", "OK", "OK and wrong", "unexplained")
 
 
@@ -154,7 +157,8 @@ def blind_spots(
         Force [N/m], friction and span of the touches, or force [N], friction and area; without them the force with
         which the best sensor reads `snr` times its noise, over the row or the rectangle of the sensors.
     family : str or subclass of SpreadContact or of RoundContact, optional
-        What is fitted; as `locate` does, "line", on an area "point", or "round_hertz" of touches that have a radius.
+        What is fitted; as `locate` does, "line", or "either" of a row whose skin is known in space, on an area "point",
+        or "round_hertz" of touches that have a radius.
     snr : float, optional
         Signal over noise of the usual touch, where no `touches` are given [-].
     count : int, optional
@@ -186,25 +190,29 @@ def blind_spots(
     _check.noun("touches", used, Touches, Touches.EXAMPLE)
     _check.random(rng)
     local = used.area is not None
-    usual = "line" if not local else "point" if used.half_width is None else "round_hertz"
-    if family is not None:
+    usual = "point" if used.half_width is None else "round_hertz"
+    if not local:
+        usual = sought(finger, *(options.get(name) for name in _OF_LINES))
+    if family is not None and not (isinstance(family, str) and family == "either"):
         checked_family(family)
-    kind = usual if family is None or (local and family == "line") else family
-    given = "" if local and kind == usual else kind
-    estimator = locator_for(finger, used, given, **{"friction": used.friction, **options})
+    kind: Any = usual if family is None or (local and family == "line") else family
+    given, options = "" if local and kind == usual else kind, {"friction": used.friction, **options}
+    estimator: Any = (
+        locator(finger, kind, **options) if kind == "either" else locator_for(finger, used, given, **options)
+    )
     known = local_families() if local else families()
     name = next((key for key, one in known.items() if kind in (key, one)), getattr(kind, "__name__", ""))
     live = int(finger.array.live.sum())
     rows = []
     for i, outside in enumerate(outside_of(used)):
-        if outside.family and outside.family in (name, kind):
+        if outside.family and outside.family in (name, kind, *(("line", "point") if kind == "either" else ())):
             continue
         seed = np.random.default_rng([i, rng]) if isinstance(rng, int) else rng
         drawn = outside.draw(Scene(finger, used, count, seed))
         if drawn is not None:
             rows.append(_judged(outside, drawn, estimator(drawn.readings), finger))
     unknowns = estimator.unknowns
-    return BlindSpots(tuple(rows), max(live - unknowns, 0), live, str(name), count)
+    return BlindSpots(tuple(rows), max(live - unknowns, 0), live, str(name or kind), count)
 
 
 def _usual(finger: Finger, snr: float, options: dict[str, Any]) -> Touches:
@@ -228,7 +236,8 @@ def _judged(outside: Outside, drawn: Drawn, found: Any, finger: Finger) -> Blind
     off = np.linalg.norm(found.position.reshape(-1, 1, d) - drawn.positions, axis=-1).min(axis=1)
     depth = float(np.asarray(finger.array.depth).mean())
     far = ok & (off > _FAR * depth)
-    wrong = far | (ok & (off > _STD * widest(found.load.covariance[:, :d, :d])))
+    std = found.position_std if isinstance(found, Either) else widest(found.load.covariance[:, :d, :d])
+    wrong = far | (ok & (off > _STD * std))
     force = ok & (np.abs(found.components[:, 0] - drawn.normal) > _FORCE * np.abs(drawn.normal))
     shares = (float(np.mean(which)) for which in (ok, wrong, far, force, found.status == Status.UNEXPLAINED))
     return BlindSpot(outside.name, outside.text, outside.group, *shares)

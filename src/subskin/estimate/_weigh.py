@@ -35,7 +35,7 @@ class Company(NamedTuple):
     scan [m]: how long the search of each is; beside [m]: how far beside the row a point may press; depth [m]; priors:
     logarithms of how probable each is before the touch; unknowns of each; friction; near [m]: farther off is another
     position; most: the probability that one may have; open [m]: a larger standard error leaves the position open;
-    sure: chi-square by readings to spare up to which a contact is believed that stands beside one without any.
+    sure: chi-square by readings to spare up to which a contact is believed.
     """
 
     scan: FloatArray
@@ -103,9 +103,8 @@ def weigh(lines, on, beside, sensors, ambiguity, told, out):
         row.probability = 1.0 - (weight[0] + weight[3]) / total
         row.likeliest = best
         sure = elsewhere < told.most * total and ends < told.most * total and row.error < told.open
-        # where a point takes up every reading, the others have to explain the frame well
-        if sensors[2, f] <= int(told.unknowns[2]):
-            sure = sure and believed > 0.5 * total
+        # three contacts explain much that is none of them, though seldom well
+        sure = sure and believed > 0.5 * total
         row.status = _OK if sure else _AMBIGUOUS
 
 

@@ -195,6 +195,11 @@ class EitherLocator:
 
     takes_doubt = True
 
+    @property
+    def unknowns(self) -> int:
+        """Unknowns of the simplest contact, a line."""
+        return self.line.unknowns
+
     def warm_up(self) -> Self:
         """The same, with all compiled and tabulated that its first frames would else wait for; as of `Locator`."""
         for each in (self.line, self.on_row, self.point):

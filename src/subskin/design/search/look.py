@@ -219,8 +219,9 @@ def _amounts(grid: DesignGrid, design: DesignedFinger) -> dict[str, float]:
 
 def _unopposed(grid: DesignGrid, design: DesignedFinger) -> BlindSpots:
     goals = grid.goals
+    lines = None if design.finger.array.on_area else "line"  # for which rows are designed
     return blind_spots(
-        design.finger, goals.touches, count=_OUTSIDE, rng=goals.effort.seed, search=design.quality.search
+        design.finger, goals.touches, lines, count=_OUTSIDE, rng=goals.effort.seed, search=design.quality.search
     )
 
 
