@@ -167,7 +167,7 @@ def test_blind_spots_know_touches_on_points(finger):
 
 @pytest.mark.parametrize("sensors", [4, 8])
 def test_what_is_neither_a_line_nor_a_point_passes_no_more_often(sensors):
-    """Two touches, wide rollers, sensors that are not as drawn, ...; without a word on how well the best fits, twice."""
+    """Two touches, wide rollers, sensors that are not as drawn: twice as many if a contact need not fit well."""
     array = ss.SensorArray.line(sensors, 2e-3, 2e-3, transducer=ss.MeanPressure(), noise=30.0)
     tip = ss.Finger(ss.HalfSpace(RUBBER), array)
     either, line = tip.blind_spots(snr=300, count=300), tip.blind_spots(snr=300, count=300, family="line")
