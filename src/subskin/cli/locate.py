@@ -43,7 +43,7 @@ _SHOWN = (
 
 @command(
     _EXAMPLES,
-    option("--load {line,point,either}", "what presses on a row ([locate], or line)"),
+    option("--load {line,point,either}", "what presses on a row ([locate]; else either of a skin in space, or line)"),
     option("--beside M", "largest distance beside the row of a point (default: 3 depths)"),
     option("--touches N", "the most touches at once on an area, up to 3 (1)", 1),
     option("--truth NAME", "column of true positions [m] to compare with; on an area two, y,z"),
