@@ -358,3 +358,19 @@ def test_the_probability_is_that_of_an_integral_over_all_loads():
     # a position that is in doubt along the distance beside the row makes a point likelier than it is
     assert -0.5 < off.min()
     assert off.max() < 3.0
+
+
+@pytest.mark.parametrize("beyond", [False, True])
+def test_a_touch_on_the_row_counts_what_reads_the_same_beside_it(beyond):
+    """Four strains, touches 0.3 to 1 depth beside the row: 6.6 % wrong where points on the row count the row alone."""
+    skin, full = ss.HalfSpace(ss.Material(young=1.0)), 3 / (2 * np.pi)
+    tip = ss.Finger(skin, ss.SensorArray.line(4, 1.0, 1.0, noise=1e-3 * full))
+    rng, count, half = np.random.default_rng(3), 3000, 1.5
+    y = half + rng.uniform(0, 0.5, count) if beyond else rng.uniform(-half, half, count)
+    at = np.stack([y, rng.uniform(0.3, 1.0, count)], axis=-1)
+    touch = ss.PointLoad(1.0, rng.uniform(0, 0.7, count), rng.uniform(-np.pi, np.pi, count), at)
+    found = tip.locate(tip.read(touch, rng))
+    off = np.abs(found.position - y)
+    assert found.ok.mean() > 0.2
+    assert (found.ok & ((off > 5 * found.position_std) | (off > 0.3))).mean() < 0.04
+    assert (off < 1.959964 * found.position_std)[found.ok].mean() > 0.55

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.cli.live_view import PlainLines
 from subskin.io import parse_finger
 from subskin.live import Chain, DeviceFrames, Event, RingBuffer
 
@@ -272,3 +273,26 @@ def test_a_ring_keeps_the_last_seconds_in_order_and_no_more_memory_than_it_may()
 def test_an_event_is_closed_and_travels():
     event = pickle.loads(pickle.dumps(Event("mark", 1.0, 3, "here", {"a": 1})))
     assert (event.kind, event.frame, event.values) == ("mark", 3, {"a": 1})
+
+
+def test_a_point_on_a_row_is_told_by_its_own_force():
+    """It explains what no line does: position, force and overload are those of the point [N]."""
+    row = ss.SensorArray.line(6, pitch=2e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=30.0)
+    tip = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), row)
+    made, time = Chain(tip, overload=1.5), clock(3.0)
+    made.prepare()
+    force = np.select([(time > 1.0) & (time < 1.5), (time > 2.0) & (time < 2.5)], [1.0, 2.0], 0.0)
+    at = np.broadcast_to([0.7e-3, 1e-3], (time.size, 2))
+    raw = tip.read(ss.PointLoad(force, position=at), np.random.default_rng(0))
+    _, batches = played(made, raw, time, batch=25)
+    begun = told(batches, "contact_on")
+    assert len(begun) == 2
+    for event, wanted in zip(begun, (1.0, 2.0), strict=True):
+        assert abs(event.values["position"] - 0.7e-3) < 5e-5
+        assert abs(event.values["force"] - wanted) < 0.5  # a drag across the row is not told from it
+    (much,) = told(batches, "overload")
+    assert 2.0 < much.time - batches[0].time[0] < 2.1
+    view = PlainLines(made.file, None)
+    view.latest = next(one for one in batches if (one.found.force > 1.5).all())
+    assert " N  " in view.said()
+    assert "N/m" not in view.said()

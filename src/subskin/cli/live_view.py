@@ -136,13 +136,12 @@ class View:
         if status in _SILENT:
             return f"{parts[0]}: {_SILENT[status]}"
         area = "position_y" in answer
-        for name in ("position", "position_y", "position_z", "force", "line_force", "point_force", "angle",
-                     "azimuth", "half_width", "beside"):  # fmt: skip
+        of_forces = str(answer.get("force_unit", force_unit(area, self.file.finger.relative)))
+        for name in ("position", "position_y", "position_z", "force", "angle", "azimuth", "half_width", "beside"):
             value = answer.get(name)
             if value is None or not math.isfinite(value):
                 continue
-            point = area or name == "point_force"
-            scale, unit = _UNITS.get(name, (1.0, force_unit(point, self.file.finger.relative)))
+            scale, unit = _UNITS.get(name, (1.0, of_forces))
             std = answer.get(f"{name}_std", math.nan)
             told = f"{name.replace('_', ' ')} {with_error(scale * value, scale * std, unit)}"
             whole = answer.get("newtons", math.nan) if name == "force" else math.nan

@@ -35,7 +35,7 @@ _LOOKED_AT = 50
 """Unexplained frames in which two touches are looked for, at most."""
 _DRAWN = (("truth", ""), ("position", ""), ("position", "_std"))
 _SHOWN = (
-    "row", "touches", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth",
+    "row", "touches", "position", "position_y", "position_z", "force", "angle", "azimuth",
     "half_width", "beside", "force_unit", "point_probability", "position_std", "position_y_std", "position_z_std",
     *(f"{name}_{t}" for t in (1, 2, 3) for name in ("position_y", "position_z", "force", "force_unit")), "status",
 )  # fmt: skip

@@ -1,8 +1,8 @@
 """Compiled: the covariance of a line load whose position is known to no better than a sixtieth of a depth.
 
-Chi-square is no parabola there. A joint 95 % region by its curvature holds 63 to 86 % of loads where sensors lie 1.5
-depths apart and noise is 1 to 3 %, for force and angle change with the position. `area.moments` does the same on an
-area (docs/locating.md).
+Chi-square is no parabola there. A joint 95 % region by its curvature holds 65 to 86 % of loads where strains are read
+1.5 depths apart with 1 to 3 % noise, for force and angle change with the position (`benchmarks/study_joint.py`).
+`area.moments` does the same on an area (docs/locating.md).
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ class Chain(Frozen):
     slip : float or (float, float) or Friction, optional
         What is known of the coefficient of friction, a value or a range: slip is then decided frame by frame.
     overload : float, optional
-        Force from which a load is an overload [N/m, on an area N].
+        Force from which a load is an overload [N/m of a line, N of a point].
     drift : float, optional
         Fastest drift, as in `FingerFile.pipeline` [reading/s].
     **options

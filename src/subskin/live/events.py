@@ -153,7 +153,8 @@ class Watch:
     names : sequence of str
         What the sensors are called.
     most : float, optional
-        Force from which a load is an overload [N/m, on an area N]; without it only a reading beyond its range is one.
+        Force from which a load is an overload [N/m of a line, N of a point]; without it only a reading beyond its range
+        is one.
     """
 
     def __init__(self, array: SensorArray, names: Sequence[str], most: float | None = None) -> None:
@@ -236,8 +237,7 @@ class Watch:
             if not on:
                 said.add(k, "contact_off", "contact has ended", since=since)
                 continue
-            load = getattr(found[k], "line", found[k])
-            position, force = np.asarray(load.position).tolist(), float(load.force)
+            position, force = np.asarray(found[k].position).tolist(), float(found[k].force)
             text = f"contact: {Status(status[k]).name.lower()}"
             said.add(k, "contact_on", text, since=since, position=position, force=force)
         return contact, bool(turns)
@@ -265,7 +265,7 @@ class Watch:
         if wide is not None:
             much = np.asarray(wide.any(axis=-1))
         if self.most is not None:
-            much = much | (getattr(found, "line", found).force > self.most)
+            much = much | (found.force > self.most)
         overload, turns = overload.turned(much.tolist(), (~much).tolist(), said.time, _OVERLOAD)
         for k, on, since in turns:
             if not on:

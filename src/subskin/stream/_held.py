@@ -13,12 +13,11 @@ from scipy.special import chdtri
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import SubskinError
-from ..estimate.beside import points_on
 from ..estimate.estimate import Status
 from ..estimate.locate import locator
 from ..estimate.search import Locator
 from ..finger import Finger
-from ..response import Response, tabulate
+from ..response import tabulate
 from . import _tare_kernel as kernel
 
 __all__ = ["Held"]
@@ -122,22 +121,12 @@ class Held(Frozen):
                 told = np.isfinite(away)
                 unit = np.sqrt(np.mean((noise[told] / self._noise[told]) ** 2))
                 return _status_of(self._on_area[friction == _RUBBER], self._own + away / unit)
-            tables = self._tables
+            table = tabulate(self._finger, self._ends)
         except SubskinError:  # no estimate can be made: anything may be a touch
             return Status.INCOMPLETE
         wide = replace(array, noise=np.maximum(noise, 1e-300))
-        for table in tables:  # a point on the row where no line explains it
-            asked = Locator(table, wide, friction=friction, false_alarm=self._alarm)
-            status = _status_of(asked, self._own + away)
-            if status != Status.UNEXPLAINED:
-                break
-        return status
-
-    @cached_property
-    def _tables(self) -> list[Response]:
-        """Readings under lines and, of a skin in space, under points on the row."""
-        tables = [tabulate(self._finger, self._ends)]
-        return [*tables, points_on(self._finger, self._ends)] if self._finger.skin.takes_local else tables
+        asked = Locator(table, wide, friction=friction, false_alarm=self._alarm)
+        return _status_of(asked, self._own + away)
 
     @cached_property
     def _ends(self) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from .._check import FloatArray
 from .._shown import with_error
 from ..contact import Contact, LocalContact
 from ..errors import SubskinError
-from ..estimate import Status
+from ..estimate import Either, Status
 from ..io.finger_file import FingerFile
 from ..loads import force_unit
 from .form import finger_of
@@ -38,8 +38,6 @@ _ROWS = {
     "position_y": ("position y", *_MM),
     "position_z": ("position z", *_MM),
     "force": ("force", *_FORCE),
-    "line_force": ("line force", *_FORCE),
-    "point_force": ("point force", *_FORCE),
     "angle": ("angle", *_DEGREES),
     "azimuth": ("azimuth", *_DEGREES),
     "half_width": ("half width", *_MM),
@@ -48,6 +46,8 @@ _ROWS = {
 """What is told of an estimate: its label, scale and unit; forces have the unit of the estimate."""
 _NONE: dict[str, Any] = {"status": "", "rows": [], "ellipse": None, "rival": None, "fitted": None}
 _LATER = _NONE | {"words": "The touch is being looked for …", "pending": True}
+_LEFT_OPEN = "Several touches explain the readings, or none explains them well."
+"""What AMBIGUOUS says of a line or a point."""
 _KEPT = 64
 """Fingers of which it is known that they answer at once: as many as `finger_of` keeps."""
 
@@ -174,7 +174,7 @@ def _told(file: FingerFile, touch: Touch, readings: FloatArray, find: str) -> di
     status, values = Status(int(found.status)), found.to_dict()
     return {
         "status": status.name,
-        "words": STATUS[status],
+        "words": _LEFT_OPEN if isinstance(found, Either) and status == Status.AMBIGUOUS else STATUS[status],
         "rows": rows_of(values, touch.local, _true(touch)),
         "fit": _quality(values),
         **_drawing(file, touch, found, fitted_family(touch) if find == "fit" else None),
@@ -208,7 +208,7 @@ def rows_of(values: dict[str, Any], area: bool, truth: Mapping[str, float] | Non
     for name, (label, scale, unit) in _ROWS.items():
         if name not in values:
             continue
-        own = unit or values.get("force_unit", force_unit(area or name == "point_force"))
+        own = unit or values.get("force_unit", force_unit(area))
         value, std = scale * values[name], scale * values.get(f"{name}_std", np.nan)
         text = with_error(value, std, own).replace("+-", "±").replace(" °", "°").replace("-", "−")
         said = {"name": name, "label": label, "unit": own, "value": value, "std": std, "text": text}

@@ -93,7 +93,7 @@ class Track:
         at = batch.time - (self._first or 0.0)
         area = self._area
         where = columns["position_y"] if area else columns["position"]
-        force = columns.get("force", columns.get("line_force", np.full(len(batch), np.nan)))
+        force = columns.get("force", np.full(len(batch), np.nan))
         lean = np.degrees(columns.get("angle", np.full(len(batch), np.nan)))
         touched = found.status != int(Status.NO_CONTACT)
         ratio = np.full(len(batch), np.nan) if batch.decision is None else batch.decision.ratio

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, ValidationError, validate_call
 
 from ..errors import InvalidValueError
+from ..estimate.on_row import usual
 from ..io.finger_file import FingerFile
 from ..loads import force_unit
 
@@ -134,6 +135,9 @@ def drawn(file: FingerFile, relative: bool = False) -> dict[str, Any]:
         Of forces that were found by a finger which knows none in N.
     """
     array, units = file.finger.array, {kind.unit for kind in file.finger.array.transducers}
+    found = force = force_unit(array.on_area, relative)
+    if not (array.on_area or relative) and (file.load or usual(file.finger)) == "either":
+        found = f"{force}, of a point {force_unit(True)}"
     return {
         "area": array.on_area,
         "sensors": {
@@ -143,5 +147,5 @@ def drawn(file: FingerFile, relative: bool = False) -> dict[str, Any]:
             "live": np.asarray(array.live),
             "names": list(file.names),
         },
-        "units": {"force": force_unit(array.on_area, relative), "reading": units.pop() if len(units) == 1 else ""},
+        "units": {"force": force, "found": found, "reading": units.pop() if len(units) == 1 else ""},
     }

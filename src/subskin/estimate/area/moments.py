@@ -1,8 +1,8 @@
 """Compiled: the covariance of a point load that few sensors felt, where chi-square is no parabola.
 
-With one to four readings to spare the curvature at the top says too little: a joint 95 % region by it holds 68 to 93 %
-of loads. So it is the second moment about the top of exp(S / 2) over positions on a grid, each with the best forces
-there and their own covariance (docs/locating_area.md).
+With one to four readings to spare the curvature at the top says too little: a joint 95 % region by it holds 66 to 94 %
+of loads (`benchmarks/study_joint.py`). So it is the second moment about the top of exp(S / 2) over positions on a grid,
+each with the best forces there and their own covariance (docs/locating_area.md).
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ export class LiveView {
       if (!this.port.input.value) this.port.input.value = said.first;
       this.map.begin(said);
       this.times.rows = [
-        { label: `force [${said.units.force}]`, column: 1, scale: 1, low: 0 },
+        { label: `force [${said.units.found}]`, column: 1, scale: 1, low: 0 },
         { label: "position [mm]", column: 2, scale: 1e3 },
         { label: "angle [°]", column: 3, scale: 1 },
       ];
