@@ -357,6 +357,7 @@ def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_pat
         assert told["lost"] == 0
         assert len(told["readings"]) == 8
         assert news(other, lambda said: said["run"] == "running")["name"] == "demo?rate=200"  # both pages see it
+        time.sleep(0.5)  # a quick machine is here at once, and the recording has to be longer than is asked below
         sent(socket, "live", "record", on=False)
         told = news(socket, lambda said: said.get("recorded"))
         kept = told["recorded"]
