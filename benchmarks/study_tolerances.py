@@ -1,9 +1,10 @@
 """How often `locate` answers, and how often it is wrong, where the finger is not its drawing, or the touch has a size.
 
-    python benchmarks/study_tolerances.py [--grid 4 | --row 8] [--fingers 40]
+    python benchmarks/study_tolerances.py [--grid 4 | --row 8 | --tips 8 [--beside 0.5]] [--fingers 40]
 
 Strain sensors 3 mm deep: a grid one depth apart and point loads of .5 to 1.5 N, leaning by up to .4, within the
-sensors' rectangle; or a row .75 depths apart and line loads of 20 to 60 N/m. Each finger is drawn at random from its
+sensors' rectangle; or a row .75 depths apart and line loads of 20 to 60 N/m; or such a row on a half space, and point
+loads so many depths beside it. Each finger is drawn at random from its
 tolerances and reads 120 touches; then one finger as drawn reads contacts of balls, or rollers. A frame is wrong that is
 OK and off by more than five of its own standard deviations or .3 depths. Noise and offsets are shares of the strain
 that a normal touch of mean strength makes above a sensor.
@@ -30,6 +31,7 @@ class Bench:
 
     finger: ss.Finger
     half: float
+    beside: float | None = None
 
     @classmethod
     def grid(cls, side: int) -> Bench:
@@ -43,12 +45,20 @@ class Bench:
         array = ss.SensorArray.line(count, 0.75 * DEPTH, DEPTH)
         return cls(ss.Finger(ss.HalfPlane(RUBBER), array), 0.375 * (count - 1) * DEPTH)
 
+    @classmethod
+    def tips(cls, count: int, beside: float) -> Bench:
+        """A row of so many sensors on a half space, pressed by tips."""
+        array = ss.SensorArray.line(count, 0.75 * DEPTH, DEPTH)
+        return cls(ss.Finger(ss.HalfSpace(RUBBER), array), 0.375 * (count - 1) * DEPTH, beside * DEPTH)
+
     @property
     def peak(self) -> float:
         """The strain that a touch of mean strength makes."""
         array = self.finger.array
         above = array.points[len(array) // 2] if array.on_area else array.y[len(array) // 2]
-        touch = ss.PointLoad(force=1.0, position=above) if array.on_area else ss.LineLoad(force=40.0, position=above)
+        touch: ss.Contact = ss.LineLoad(force=40.0, position=above)
+        if array.on_area or self.beside is not None:
+            touch = ss.PointLoad(force=1.0, position=array.points[len(array) // 2])
         return float(np.abs(self.finger.read(touch)).max())
 
     def touches(self, rng: np.random.Generator, count: int, half_width: float = 0.0) -> tuple[ss.Contact, np.ndarray]:
@@ -61,14 +71,27 @@ class Bench:
             position = rng.uniform(-self.half, self.half, (count, 2))
             kind = ss.RoundHertz if half_width else ss.PointLoad
             return kind(position=position, components=forces, **size), np.concatenate([position, forces], axis=-1)
+        if self.beside is not None:
+            y = rng.uniform(-self.half, self.half, count)
+            forces = strength[:, None] * np.stack([np.ones(count), rng.uniform(-0.4, 0.4, count), np.zeros(count)], -1)
+            position = np.stack([y, np.full(count, self.beside)], axis=-1)
+            kind = ss.RoundHertz if half_width else ss.PointLoad
+            return kind(position=position, components=forces, **size), np.concatenate([y[:, None], forces[:, :2]], -1)
         angle, y = rng.uniform(-0.4, 0.4, count), rng.uniform(-self.half, self.half, count)
         kind = ss.Hertz if half_width else ss.LineLoad
         forces = 40.0 * strength * np.stack([np.cos(angle), np.sin(angle)])
         return kind(force=40.0 * strength, angle=angle, position=y, **size), np.stack([y, *forces], axis=-1)
 
 
-def counted(found: ss.Estimate, true: np.ndarray) -> np.ndarray:
-    """Of each frame: OK, wrong, and of the OK ones how many intervals of position and of N hold."""
+def counted(found: ss.Estimate | ss.estimate.Either, true: np.ndarray) -> np.ndarray:
+    """Of each frame: OK, wrong, and of the OK ones how many intervals of position and of N hold; of either, force."""
+    if isinstance(found, ss.estimate.Either):
+        off, std = np.abs(found.position - true[:, 0]), found.std
+        wrong = found.ok & ((off > 5 * std[:, 0]) | (off > 0.3 * DEPTH))
+        point = found.ok & (found.likeliest > 0)
+        force = np.abs(found.force - np.hypot(true[:, 1], true[:, 2])) < 1.96 * std[:, 1]
+        holds = np.where(found.ok, off < 1.96 * std[:, 0], np.nan)
+        return np.stack([found.ok, wrong, holds, np.where(point, force, np.nan)])
     forces = found.load.components.shape[-1]
     k = true.shape[-1] - forces
     off = np.abs(found.position.reshape(len(true), -1) - true[:, :k])
@@ -84,9 +107,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--grid", type=int, default=4)
     parser.add_argument("--row", type=int, default=0)
+    parser.add_argument("--tips", type=int, default=0)
+    parser.add_argument("--beside", type=float, default=0.0)
     parser.add_argument("--fingers", type=int, default=40)
     given = parser.parse_args()
     bench = Bench.row(given.row) if given.row else Bench.grid(given.grid)
+    if given.tips:
+        bench = Bench.tips(given.tips, given.beside)
     peak, rows = bench.peak, []
     for share in (1e-3, 1e-2):
         rng = np.random.default_rng(1)

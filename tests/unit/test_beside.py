@@ -239,17 +239,13 @@ def test_the_doubt_of_the_distance_is_in_the_interval_of_the_position():
 
 
 def test_what_is_sought_unasked(finger, space):
-    """A skin in space: a line or a point. A skin in a plane, tolerances, a stated force: a line."""
+    """A skin in space: a line or a point, with tolerances too. A skin in a plane, a stated force: a line."""
     touch = ss.PointLoad(components=(1.0, 0.2, 0.0), position=(0.5e-3, 1.5e-3))
     readings = space.read(touch)
     assert isinstance(space.locate(readings), ss.estimate.Either)
     assert isinstance(space.locator(), type(space.locator("either")))
-    for tip, options in (
-        (finger, {}),
-        (dataclasses.replace(space, tolerances=ss.Tolerances(gain=0.01)), {}),
-        (space, {"normal_force": (1.0, 200.0)}),
-        (space, {"load": "line"}),
-    ):
+    assert isinstance(dataclasses.replace(space, tolerances=ss.Tolerances()).locate(readings), ss.estimate.Either)
+    for tip, options in ((finger, {}), (space, {"normal_force": (1.0, 200.0)}), (space, {"load": "line"})):
         assert isinstance(tip.locate(readings, **options), ss.Estimate)
     with pytest.raises(ss.errors.InvalidValueError, match='load="line"'):
         ss.decide.slip(space.locate(readings), 0.5)

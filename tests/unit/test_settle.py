@@ -70,6 +70,69 @@ def test_rows_drawn_from_the_tolerances_are_located_within_their_intervals(told:
     assert np.mean(np.concatenate(exact)) < 0.9  # the noise alone does not explain them
 
 
+def tips(rng: np.random.Generator, count: int, beside: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Touches of a tip on a row, or beside it: their y, and what makes them."""
+    force, y = rng.uniform(0.5, 1.5, count), rng.uniform(-2.3, 2.3, count) * DEPTH
+    drag = force * rng.uniform(-0.4, 0.4, count)
+    position = np.stack([y, np.full(count, beside * DEPTH)], axis=-1)
+    return y, {"position": position, "components": np.stack([force, drag, np.zeros(count)], axis=-1)}
+
+
+@pytest.mark.parametrize("beside", [0.0, 0.6])
+@pytest.mark.parametrize("told", EACH.values(), ids=EACH)
+def test_tips_on_a_row_and_beside_it_are_located_within_their_intervals(told: ss.Tolerances, beside: float) -> None:
+    rng, finger = np.random.default_rng(3), replace(drawn_row(told), skin=SKIN)
+    ok, wrong, held, exact, away, forces, pressed = [], [], [], [], [], [], []
+    for _ in range(12):
+        y, touch = tips(rng, 40, beside)
+        readings = ss.Finger(*told.draw(SKIN, finger.array, rng)).read(ss.PointLoad(**touch), rng)
+        found = finger.locate(readings)
+        off = np.abs(found.position - y)
+        ok.append(found.ok)
+        held.append((off < 1.96 * found.position_std)[found.ok])
+        wrong.append(found.ok & ((off > 5 * found.position_std) | (off > 0.3 * DEPTH)))
+        exact.append(replace(finger, tolerances=None).locate(readings).ok)
+        point = finger.locate(readings, load="point")
+        low, high = point.beside_interval.T
+        away.append(((low <= beside * DEPTH) & (beside * DEPTH <= high))[point.ok])
+        on_row = finger.locate(readings, load="point", beside=0.0)
+        if beside == 0.0:
+            forces.append((np.abs(on_row.position - y) < 1.96 * np.sqrt(on_row.covariance[:, 0, 0]))[on_row.ok])
+            pressed.append(np.abs(on_row.components[:, 0] / touch["components"][:, 0] - 1)[on_row.ok])
+    assert np.mean(np.concatenate(ok)) > (0.85 if beside == 0.0 else 0.6)
+    assert np.mean(np.concatenate(wrong)) <= 0.01
+    assert 0.9 < np.mean(np.concatenate(held)) <= 1.0
+    assert np.mean(np.concatenate(away)) > 0.88
+    assert np.mean(np.concatenate(exact)) < np.mean(np.concatenate(ok))
+    if beside == 0.0:
+        assert 0.88 < np.mean(np.concatenate(forces)) <= 1.0
+        assert np.median(np.concatenate(pressed)) < 0.1
+
+
+def test_a_ball_on_a_row_is_said_to_be_one() -> None:
+    rng, finger = np.random.default_rng(5), replace(drawn_row(ss.Tolerances()), skin=SKIN)
+    y, touch = tips(rng, 200, 0.0)
+    found = finger.locate(finger.read(ss.RoundHertz(half_width=0.5 * DEPTH, **touch), rng))
+    held = np.abs(found.position - y) < 1.96 * found.position_std
+    assert found.ok.mean() > 0.8
+    assert 0.9 < held[found.ok].mean() <= 1.0
+    sized = found.on_row.half_width[found.likeliest == 1]
+    assert np.median(sized) == pytest.approx(0.5 * DEPTH, rel=0.1)
+
+
+def test_tips_of_a_row_without_errors_are_found_as_by_an_exact_one() -> None:
+    rng, none = np.random.default_rng(7), ss.Tolerances()
+    for beside in (0.0, 0.7):
+        _, touch = tips(rng, 50, beside)
+        exact, told = (replace(drawn_row(one), skin=SKIN) for one in (None, none))
+        readings = exact.read(ss.PointLoad(**touch), rng)
+        one, other = (finger.locate(readings, load="point") for finger in (exact, told))
+        both = one.ok & other.ok
+        assert both.mean() > 0.7
+        assert other.position[both] == pytest.approx(one.position[both], abs=0.05e-3)
+        assert other.residual[both] == pytest.approx(one.residual[both], abs=0.1)
+
+
 def test_a_roller_is_explained_and_said_to_be_one() -> None:
     rng, finger = np.random.default_rng(5), drawn_row(ss.Tolerances())
     touch = lines(rng, 200)
@@ -157,9 +220,6 @@ def test_what_does_not_count_tolerances_refuses_them() -> None:
     with pytest.raises(InvalidValueError, match="`locate` counts them, of lines"):
         drawn(ss.Tolerances(gain=0.02)).fit(np.zeros(16))
     row = drawn_row(ss.Tolerances(gain=0.02))
-    for load in ("point", "either"):
-        with pytest.raises(InvalidValueError, match="`locate` counts them, of lines"):
-            replace(row, skin=SKIN).locate(np.zeros(8), load=load)
     with pytest.raises(InvalidValueError, match="`locate` counts them, of lines"):
         row.fit(np.zeros(8), "hertz")
     with pytest.raises(InvalidValueError, match="16 sensors"):

@@ -25,6 +25,9 @@ _DECADES = 3.0 * math.log(10.0)
 _LEANING, _STEEP, _ACROSS = 10.0, 1e3, 64
 _LOG_TWO_PI = math.log(2 * math.pi)
 _SMALL = 1e-100
+_FAR = 100.0
+_OF_SIZE = math.log(0.025)
+"""What a size costs: where the readings need one they know its square to about a hundredth of what was possible."""
 _OF_DRAG = int(BESIDE.square[2, 2]) - BESIDE.covariance
 """Where the variance of the drag stands among those of `BESIDE`."""
 
@@ -35,7 +38,8 @@ class Company(NamedTuple):
     scan [m]: how long the search of each is; beside [m]: how far beside the row a point may press; depth [m]; priors:
     logarithms of how probable each is before the touch; unknowns of each; friction; near [m]: farther off is another
     position; most: the probability that one may have; open [m]: a larger standard error leaves the position open;
-    sure: chi-square by readings to spare up to which a contact is believed.
+    sure: chi-square by readings to spare up to which a contact is believed; settled: whether the variance of a point on
+    the row does not yet count the distances beside it, as of a finger with tolerances.
     """
 
     scan: FloatArray
@@ -48,21 +52,23 @@ class Company(NamedTuple):
     most: float
     open: float
     sure: FloatArray
+    settled: bool
 
 
 @compiled(frames="out")
-def weigh(lines, on, beside, sensors, ambiguity, told, out):
+def weigh(lines, on, beside, sensors, sized, ambiguity, told, out):
     """What the three tables (f,) of `LINE`, `ON_ROW` and `BESIDE` say together, into `out` (f,) of `ANSWER`.
 
-    sensors (3, f): how many each used; ambiguity: a rival's chi-square is within it; told: a `Company`.
+    sensors (3, f): how many each used; sized (2, f): whether a line, and a point on the row, took a size; ambiguity: a
+    rival's chi-square is within it; told: a `Company`.
     """
     log, at, std, weight, square = np.empty(3), np.empty(6), np.empty(6), np.empty(6), np.empty((4, 4))
     for f in range(len(out)):
         row, line, point = out[f], lines[f], on[f]
         away = beside[f]
         statuses = (line.status, point.status, away.status)
-        log[0] = _evidence(line, 0, told, square)
-        log[1] = _evidence(point, 1, told, square)
+        log[0] = _evidence(line, 0, told, square) + (_OF_SIZE if sized[0, f] else 0.0)
+        log[1] = _evidence(point, 1, told, square) + (_OF_SIZE if sized[1, f] else 0.0)
         log[2] = _evidence_beside(away, told, square)
         highest = max(log[0], log[1], log[2])
         row.position = row.error = row.probability = row.likeliest = math.nan
@@ -70,7 +76,7 @@ def weigh(lines, on, beside, sensors, ambiguity, told, out):
             row.status = _none(statuses)
             continue
         worse = (line.rival_chi2, point.rival_chi2, away.rival_chi2)
-        variances = (line.covariance[0], point.covariance[0], away.covariance[0])
+        variances = (line.covariance[0], point.covariance[0] + _counted_beside(point, away, told), away.covariance[0])
         where = (line.y, point.y, away.y, line.rival_y, point.rival_y, away.rival_y)
         for k in range(6):
             at[k], std[k] = where[k], math.sqrt(variances[k % 3])
@@ -106,6 +112,15 @@ def weigh(lines, on, beside, sensors, ambiguity, told, out):
         # three contacts explain much that is none of them, though seldom well
         sure = sure and believed > 0.5 * total
         row.status = _OK if sure else _AMBIGUOUS
+
+
+@compiled(inline=True)
+def _counted_beside(point, away, told):
+    """What the best point beside the row adds to the variance of one on it, by chi-square alone."""
+    if not told.settled or not away.status <= _AMBIGUOUS:
+        return 0.0
+    share = 1.0 / (1.0 + math.exp(0.5 * min(max(away.residual - point.residual, -_FAR), _FAR)))
+    return share * ((away.y - point.y) ** 2 + away.covariance[0])
 
 
 @compiled(inline=True)

@@ -24,8 +24,9 @@ from ..response import Response
 from ..skin import in_space
 from .estimate import Estimate, Status
 from .frames import packed
-from .layout import BESIDE, ON_ROW
-from .search import Locator
+from .layout import BESIDE, ON_ROW, SIZED_ON_ROW
+from .search import OTHERS, Locator
+from .settle.uncertain import Uncertain, fill_settled
 
 __all__ = [
     "LEFT_OPEN",
@@ -176,13 +177,40 @@ class PointLocator(Locator):
         self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
     ) -> None:
         super()._run(frames, pattern, out, doubt)
-        if doubt is None:
+        if doubt is None and self._uncertain is None:
             self._look_along(frames, pattern, 1, out)
         at = BESIDE
         out[:, at.square[1, 1]] += self.unseen(out)
         status = out[:, at.status]
         left_open = out[:, at.covariance] > self.open**2
         status[(status == Status.OK) & left_open] = LEFT_OPEN
+
+    def _settle(
+        self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray, doubt: FloatArray | None = None
+    ) -> None:
+        from .settle.aside import SETTLED, from_settled, to_settled
+
+        found, rows = BESIDE.named(out), np.empty((len(out), SETTLED.itemsize // 8))
+        away, settled = self.half_width[1], np.ndarray(len(out), SETTLED, rows)
+
+        def loop(*given: Any) -> None:
+            self._compiled(*given[:-1], found)
+            to_settled(found, away, settled)
+
+        fill_settled(loop, frames, arrays, False, rows, doubt)
+        from_settled(settled, away, found)
+
+    def _to_settle(
+        self, uncertain: Uncertain, array: SensorArray, pattern: npt.NDArray[np.bool_], thresholds: dict[str, float]
+    ) -> tuple[Any, ...]:
+        from .settle.aside import COLUMNS
+
+        (low, high), most = self._search_ends, self.half_width[1]
+        z = np.linspace(0.0, most, max(round(most / (2 * OTHERS * self._shallowest)), 1) + 1)
+        every = np.meshgrid(np.arange(low, high, OTHERS * self._shallowest), z**2 / most, indexing="ij")
+        box = np.array([low, high, 0.0, most])
+        nodes = np.stack(every, axis=-1).reshape(-1, 2)
+        return uncertain.to_settle(array, pattern, COLUMNS, nodes, box=box, beyond=box, **thresholds)
 
     def __call__(self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None) -> Estimate:
         """As of `Locator`."""
@@ -203,7 +231,8 @@ class PointLocator(Locator):
         if not arrays:
             arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
         nodes, pace = self._prepared.get(b"along" + pattern.tobytes(), partial(self._along, pattern))
-        look_along(frames, arrays[0], *arrays[-2:], nodes, pace, stride, BESIDE.named(out))
+        sensors, _, _, _, _, _, _, table, told, *_ = arrays
+        look_along(frames, sensors, table, told, nodes, pace, stride, BESIDE.named(out))
 
     def _along(self, pattern: npt.NDArray[np.bool_]) -> tuple[FloatArray, float]:
         """Whitened tables at each distance beside the row along which the crest is looked at, and their pace [m]."""
@@ -253,12 +282,12 @@ class OnRowLocator(Locator):
         self, response: Response, array: SensorArray, *, beside: PointLocator | None = None, **options: Any
     ) -> None:
         super().__init__(response, array, **options)
-        self.layout = self._layout = ON_ROW
+        self.layout = self._layout = ON_ROW if self._uncertain is None else SIZED_ON_ROW
         self._beside = beside
 
     def _run(
         self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
     ) -> None:
         super()._run(frames, pattern, out, doubt)
-        if doubt is None and self._beside is not None:
+        if doubt is None and self._uncertain is None and self._beside is not None:
             self._beside.count_beside(frames, pattern, out)

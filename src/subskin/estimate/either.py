@@ -17,6 +17,7 @@ from .._cold import at_once
 from ..errors import GeometryError
 from .beside import OnRowLocator, PointLocator
 from .estimate import Estimate, FrameTable
+from .layout import BESIDE, LINE, ON_ROW
 from .search import Locator
 from .shown import Shown
 
@@ -29,6 +30,8 @@ _NEAR, _OPEN = 0.3, 0.175
 _MOST, _BELIEVED = 0.01, 0.01
 """Probability that the position may be another one; with which a contact leaves more of a frame that it explains."""
 _LINE, _ON, _BESIDE = range(3)
+_LAYOUTS = (LINE, ON_ROW, BESIDE)
+"""Columns of each, which more may follow."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -223,7 +226,16 @@ class EitherLocator:
         sure = np.concatenate([[0.0], chdtri(free, _BELIEVED)])
         across = self.point.half_width[1], self.point.depth
         return Company(
-            scan, *across, np.log(_PRIORS), unknowns, self.line.friction, _NEAR * depth, _MOST, _OPEN * depth, sure
+            scan,
+            *across,
+            np.log(_PRIORS),
+            unknowns,
+            self.line.friction,
+            _NEAR * depth,
+            _MOST,
+            _OPEN * depth,
+            sure,
+            self.line._uncertain is not None,
         )
 
     def __call__(self, readings: npt.ArrayLike, doubt: npt.ArrayLike | None = None) -> Either:
@@ -245,10 +257,13 @@ class EitherLocator:
             self._told = self._company()
         each = (self.line, self.on_row, self.point)
         tables, kept = zip(*(one._frames(readings, doubt) for one in each), strict=True)
-        rows = [one.layout.named(t.reshape(-1, t.shape[-1])) for one, t in zip(each, tables, strict=True)]
+        rows = [at.named(t.reshape(-1, t.shape[-1])) for at, t in zip(_LAYOUTS, tables, strict=True)]
         out = np.empty((len(rows[0]), len(ANSWER.names or ())))
         sensors = np.stack([used.reshape(len(out), -1).sum(axis=-1) for used in kept])
-        weigh(*rows, sensors, self.line._ambiguity, self._told, np.ndarray(len(out), ANSWER, out))
+        sized = np.zeros((2, len(out)), dtype=bool)
+        if self.line._uncertain is not None:
+            sized[:] = [t.reshape(len(out), -1)[:, -1] > 0.0 for t in tables[:_BESIDE]]
+        weigh(*rows, sensors, sized, self.line._ambiguity, self._told, np.ndarray(len(out), ANSWER, out))
         line, on_row = (
             Estimate(table, used, one.friction, one.unknowns, one.layout, one.relative)
             for table, used, one in zip(tables[:_BESIDE], kept, each, strict=False)

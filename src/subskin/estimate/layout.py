@@ -11,7 +11,19 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 
-__all__ = ["AREA", "BESIDE", "LINE", "ON_ROW", "ROUND", "SIZED", "SIZED_LINE", "TWIST", "WIDE", "Layout"]
+__all__ = [
+    "AREA",
+    "BESIDE",
+    "LINE",
+    "ON_ROW",
+    "ROUND",
+    "SIZED",
+    "SIZED_LINE",
+    "SIZED_ON_ROW",
+    "TWIST",
+    "WIDE",
+    "Layout",
+]
 
 
 @dataclass(frozen=True)
@@ -116,7 +128,8 @@ class Layout(Frozen):
 
 LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wide=True, aside=True)
 ROUND, TWIST = Layout(dim=2, wide=True), Layout(dim=2, wide=True, twist=True)
-SIZED, SIZED_LINE, ON_ROW = Layout(dim=2, sized=True), Layout(sized=True), Layout(aside=True)
+SIZED, SIZED_LINE = Layout(dim=2, sized=True), Layout(sized=True)
+ON_ROW, SIZED_ON_ROW = Layout(aside=True), Layout(aside=True, sized=True)
 """Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, of one
 that twists as well; of a point load or a round touch where a point does not explain the readings, and of a line load or
-a roller's contact likewise; of a point load on a row."""
+a roller's contact likewise; of a point load on a row, and of a ball's contact there likewise."""

@@ -123,7 +123,7 @@ def locator(
     if moment is not None:
         seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
         raise InvalidValueError(seen, rule, 'SensorArray.grid(...), and fit(readings, "round_hertz", moment=True)')
-    if family not in ("line", LineLoad) or normal_force is not None:
+    if family not in ("line", LineLoad, "point", "either") or normal_force is not None:
         refuse_tolerances(finger, "a search of other contacts, or of a stated force")
     if family == "point" or family == "either":
         del others["beside"]
@@ -223,8 +223,8 @@ def locate(
         What presses; on an area a point always. "line": a long contact across the row. "point" presses on the row or up
         to `beside` of it, on a skin that takes local contacts, and |z| is found as `beside` of the answer. "either" is
         both, an `Either` with the probability of the point (docs/locating_row.md). If it is left out it is "either" on
-        a row whose skin is known in space, else "line". It is "line" too with tolerances, and a touch may then have a
-        size, which is `half_width` of the answer (docs/real_fingers.md); and with a `normal_force`.
+        a row whose skin is known in space, else "line", and with a `normal_force` too. With tolerances a
+        touch of which nothing is said may have a size, `half_width` of the answer (docs/real_fingers.md).
     beside : float, optional
         As in `locator`.
     search, normal_force, friction, scan_step, false_alarm, ambiguity, outliers

@@ -31,7 +31,7 @@ __all__ = ["area_locator", "moved", "refuse", "refuse_tolerances", "several_loca
 def refuse_tolerances(finger: Finger, where: str) -> None:
     """Raise an error where a finger has tolerances that an estimator does not count."""
     if finger.tolerances is not None:
-        rule = "`locate` counts them, of lines on a row and of points on an area"
+        rule = "`locate` counts them, of lines and points"
         raise InvalidValueError(f"tolerances of a finger in {where}", rule, WITHOUT)
 
 

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from .. import _check
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..prepared import prepared
+from ..radial import tabulate_radial
 from ..response import tabulate
-from .beside import OnRowLocator, PointLocator, farthest_beside, points_beside, points_on
+from .area.uncertain import on_area
+from .beside import OnRowLocator, PointLocator, farthest_beside, finger_in_space, points_beside, points_on
 from .either import EitherLocator
 from .on_area import refuse
 from .search import Locator
+from .settle.row import on_row
+from .settle.uncertain import Uncertain
 
 __all__ = ["point_locator", "usual"]
 
@@ -21,9 +28,9 @@ __all__ = ["point_locator", "usual"]
 def usual(finger: Finger, *of_lines: object) -> str:
     """What is sought where nothing is said: on a row whose skin is known in space a line or a point, else a line.
 
-    Tolerances, and options `of_lines`, are those of lines alone.
+    Options `of_lines` are those of lines alone.
     """
-    told = finger.tolerances is not None or any(option is not None for option in of_lines)
+    told = any(option is not None for option in of_lines)
     return "line" if told or finger.array.on_area or not finger.skin.takes_local else "either"
 
 
@@ -53,14 +60,26 @@ def point_locator(
     def make() -> Locator | EitherLocator:
         table, mu = tabulate(finger, ends), float(values["friction"])
         within = (table.start, table.stop)
-        on = points_on(finger, within)
+        on, tip = points_on(finger, within), finger_in_space(finger)
+        given = {**values, "uncertain": on_row(tip, within, sized=family == "either", local=True)}
         if most == 0.0:
-            return OnRowLocator(on, finger.array, **values).allow_for(finger, mu)
-        response = points_beside(finger, within, farthest_beside(finger, most))
-        point = PointLocator(response, finger.array, **values).allow_for(finger, mu)
+            return OnRowLocator(on, finger.array, **given).allow_for(finger, mu)
+        farthest = farthest_beside(finger, most)
+        response = points_beside(finger, within, farthest)
+        point = PointLocator(response, finger.array, uncertain=_beside(tip, within, farthest), **values)
+        point.allow_for(finger, mu)
         if family == "point":
             return point
-        on_row = OnRowLocator(on, finger.array, beside=point, **values).allow_for(finger, mu)
-        return EitherLocator(line(ends), on_row, point)
+        return EitherLocator(
+            line(ends), OnRowLocator(on, finger.array, beside=point, **given).allow_for(finger, mu), point
+        )
 
     return prepared(finger).get((family, ends, most, *values.values()), make)
+
+
+def _beside(tip: Finger, within: tuple[float, float], farthest: float) -> Uncertain | None:
+    """What is not known of a finger in space, for point loads up to so far beside its row; None if it is exact."""
+    y = np.asarray(tip.array.y)
+    reach = float(np.hypot(max(within[1] - y.min(), y.max() - within[0]), farthest))
+    found = on_area(tip, tabulate_radial(tip, reach), reach, sized=False)
+    return None if found is None else replace(found, aside=farthest)

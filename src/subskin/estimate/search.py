@@ -135,7 +135,7 @@ _LIMITS: dict[str, dict[str, Any]] = {
 _WHOLE = 32
 """Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
 
-_OTHERS = 0.25
+OTHERS = 0.25
 """Steps [least depths] at which another load is looked for where the finger is not known exactly."""
 
 
@@ -384,11 +384,17 @@ class Locator(Framewise):
         arrays = sensor_rows(array), basis, edges, shapes, self._squares, far.tables, far.nodes, table, told
         if self._uncertain is None:
             return arrays
-        held = self._uncertain.base
-        nodes = np.arange(held.start, held.stop, _OTHERS * self._shallowest)[:, None]
-        given = {
+        thresholds = {
             "friction": self.friction, "largest": largest, "ambiguity": self._ambiguity,
-            "apart": float(told[0]["apart"]), "box": np.array(self._search_ends),
-            "beyond": np.array([held.start, held.stop]),
+            "apart": float(told[0]["apart"]),
         }  # fmt: skip
-        return *arrays, self._uncertain.to_settle(array, pattern, self.layout, nodes, **given)
+        return *arrays, self._to_settle(self._uncertain, array, pattern, thresholds)
+
+    def _to_settle(
+        self, uncertain: Uncertain, array: SensorArray, pattern: npt.NDArray[np.bool_], thresholds: dict[str, float]
+    ) -> tuple[Any, ...]:
+        """Arguments of the loop that settles, for the sensors of `pattern`, which are `array`."""
+        low, high = uncertain.base.start, uncertain.base.stop
+        nodes = np.arange(low, high, OTHERS * self._shallowest)[:, None]
+        ends = {"box": np.array(self._search_ends), "beyond": np.array([low, high])}
+        return uncertain.to_settle(array, pattern, self.layout, nodes, **thresholds, **ends)

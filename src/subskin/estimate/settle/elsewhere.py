@@ -46,16 +46,22 @@ def scanning(components, n, lines):
 
 @compiled()
 def variance_of(spread, positions):
-    """The largest variance of a position; spread: the upper triangle of the covariance."""
+    """The largest variance of a position of so many coordinates; spread: the upper triangle of the covariance."""
     if positions == 1:
         return spread[0]
     return widest_variance(spread)
 
 
+@compiled(inline=True)
+def told_apart(told):
+    """By how many coordinates two positions are told apart."""
+    return 1 if told.aside > 0.0 else told.box.size // 2
+
+
 @compiled(borrows=True)
-def _explained(table, g, b, friction, force):
+def _explained(g, b, friction, force):
     """What the best load within the cone, `force`, explains by its normal equations; g: the upper triangle."""
-    if table.ndim == 5:
+    if b.size == 2:
         force[0], force[1], explained, _, _, _, _ = eliminate_two(
             g[0, 0], g[0, 1], g[1, 1], b[0], b[1], friction, 0.0, math.inf
         )
@@ -106,7 +112,7 @@ def whiten(w, room, loads, along):
 
 
 @compiled(borrows=True)
-def taken_at(field, weight, w, common, friction, table, scan):
+def taken_at(field, weight, w, common, friction, scan):
     """What the best load at a node, `scan.force`, explains by its `field` (F, n); `common` lines of `scan` are free."""
     n, components, g, b = w.size, field.shape[0], scan.g, scan.b
     for c in range(components):
@@ -128,7 +134,7 @@ def taken_at(field, weight, w, common, friction, table, scan):
             b[c] -= total * scan.along[e, n]
             for d in range(c + 1):
                 g[d, c] -= total * scan.taken[d]
-    return _explained(table, g, b, friction, scan.force)
+    return _explained(g, b, friction, scan.force)
 
 
 @compiled(borrows=True)
@@ -141,19 +147,17 @@ def distance(one, other, positions):
 
 
 @compiled(borrows=True)
-def rank_node(nodes, p, left, near, best):
-    """Take up node p, which leaves so much, among the best, of which no two are near each other."""
+def rank_node(nodes, p, left, near, positions, best):
+    """Take up node p, which leaves so much, among the best, of which no two are near each other in `positions`."""
     rank = 0
     while rank < FEW and best[rank, 0] <= left:
-        if distance(nodes[p], nodes[int(best[rank, 1])], nodes.shape[1]) < near:
+        if distance(nodes[p], nodes[int(best[rank, 1])], positions) < near:
             return
         rank += 1
     if rank == FEW:
         return
     last = rank
-    while last < FEW - 1 and (
-        best[last, 1] < 0.0 or distance(nodes[p], nodes[int(best[last, 1])], nodes.shape[1]) >= near
-    ):
+    while last < FEW - 1 and (best[last, 1] < 0.0 or distance(nodes[p], nodes[int(best[last, 1])], positions) >= near):
         last += 1
     for e in range(last, rank, -1):
         best[e, 0], best[e, 1] = best[e - 1, 0], best[e - 1, 1]
@@ -167,8 +171,8 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
     nodes (nodes, P), fields (nodes, F, n): where is looked, and readings there; errors are those at the load of `room`.
     The nodes that leave least are climbed, in `other`.
     """
-    told, at, table, weight, best = case.told, case.told.columns, case.variants.table, room.weight, scan.best
-    positions, every = room.at.size, room.at.size + room.load.size
+    told, at, weight, best = case.told, case.told.columns, room.weight, scan.best
+    positions, every = told_apart(told), room.at.size + room.load.size
     spread = row[at.covariance : at.residual]
     reach = max(6.0 * math.sqrt(variance_of(spread, positions)), 5.0 * told.apart)
     enough, (total, common) = row[at.residual] + told.ambiguity, whiten(w, room, False, scan.along)
@@ -178,9 +182,9 @@ def elsewhere(w, case, nodes, fields, sized, row, room, other, scan):
     for p in range(nodes.shape[0]):
         if distance(nodes[p], row, positions) < reach:
             continue
-        left = total - taken_at(fields[p], weight, w, common, told.friction, table, scan)
+        left = total - taken_at(fields[p], weight, w, common, told.friction, scan)
         if left < enough + slack:
-            rank_node(nodes, p, left, told.longest, best)
+            rank_node(nodes, p, left, told.longest, positions, best)
     enough += volume_of(room)
     force = 0.0
     for c in range(room.load.size):

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from .elsewhere import FEW_SPARE, elsewhere, scanning, variance_of
+from .aside import along_crest
+from .elsewhere import FEW_SPARE, elsewhere, scanning, told_apart, variance_of
 from .given import Errors
 from .normal import COMMON, NONE, copy_state, room_of, second_moment, size_of, spread_of, stepped, volume_of
 from .variants import STEPS, case_of, common_of, lay_out, settle
@@ -111,7 +112,7 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
     told, only, begin = case.told, sized, 0.0
     if not sized:  # to first order, what a size would explain
         lay_out(w, case, True, room)
-        stepped(room, told.friction, room.load.size, True, NONE)
+        stepped(room, told.friction, told.forces, True, NONE)
         best, deviation = size_of(room, moves)
         if left <= told.largest and not best > 4.0 * deviation and deviation < _NARROW:
             for q in _LOOKED_AT:  # readings may bend back to where a larger touch explains them too
@@ -127,7 +128,7 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
             if begin == 0.0:
                 _add_products(moves, second_moment(best, deviation), more)
                 lay_out(w, case, False, room)
-                stepped(room, told.friction, room.load.size, False, NONE)
+                stepped(room, told.friction, told.forces, False, NONE)
                 return left, worse, False
     if begin == 0.0:
         copy_state(room, third)
@@ -144,14 +145,14 @@ def _with_size(w, case, sized, left, worse, room, other, third, moves, tried, mo
             moves[room.at.size + c] = third.load[c] - room.load[c]
         _add_products(moves, 1.0 / (1.0 + math.exp(0.5 * (found - left))), more)
     lay_out(w, case, True, room)
-    stepped(room, told.friction, room.load.size, sized, NONE)
+    stepped(room, told.friction, told.forces, sized, NONE)
     deviation = 1.0
     if sized and 0.0 < room.size[0] < 1.0:
         _, deviation = size_of(room, moves)
     if deviation > _NARROW:
         _profiled(w, case, room, third, tried, more)
         lay_out(w, case, False, room)
-        stepped(room, told.friction, room.load.size, False, NONE)
+        stepped(room, told.friction, told.forces, False, NONE)
     return left, worse, sized
 
 
@@ -186,11 +187,15 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
     still = drawn.still.copy()
     errors = Errors(still, drawn.gain, drawn.position, drawn.own, drawn.common, drawn.ratios)
     n, positions, components, at = readings.shape[1], nodes.shape[1], fields.shape[1], told.columns
-    every = positions + components
+    every, apart_by = positions + components, told_apart(told)
     common, case = common_of(variants, errors), case_of(variants, errors, told, positions, n)
     room = room_of(positions, components, common, errors.ratios, n)
     other = room_of(positions, components, common, errors.ratios, n)
-    third, scan = room_of(positions, components, common, errors.ratios, n), scanning(components, n, COMMON)
+    third = room_of(positions, components, common, errors.ratios, n)
+    fourth, scan = room_of(positions, components, common, errors.ratios, n), scanning(components, n, COMMON)
+    if told.aside > 0.0:
+        for one in (room, other, third, fourth):
+            one.away[0], one.away[1] = 0.0, told.aside
     moves, tried, more = np.empty(every), np.empty((_HALF_WIDTHS.size, every + 1)), np.empty(every * (every + 1) // 2)
     w = np.empty(n)
     for f in range(readings.shape[0]):
@@ -205,7 +210,9 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
                 still[i] = math.hypot(drawn.still[i], doubt[f, i] * rows[1, i])
         sized, worse = sized_only, math.inf
         _start(room, row, 0, scale[f])
-        exact = told.share == 0.0 and told.level == 1.0 and doubt.shape[0] == 0 and not sized_only
+        exact = (
+            variants.sizes >= 0 and told.share == 0.0 and told.level == 1.0 and doubt.shape[0] == 0 and not sized_only
+        )
         rival = not math.isnan(row[at.rival])
         if rival:
             _start(other, row, at.rival, scale[f])
@@ -216,13 +223,16 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
             if rival:
                 worse = settle(w, case, told.box, sized, STEPS, NONE, other)
                 apart = 0.0
-                for j in range(positions):
+                for j in range(apart_by):
                     apart += (other.at[j] - room.at[j]) ** 2
                 if apart < (5.0 * told.apart) ** 2:
                     worse = math.inf
                 elif worse < math.inf and worse + volume_of(other) < left + volume_of(room):
                     left, worse, room, other = worse, left, other, room
         more[:] = 0.0
+        along = 0.0
+        if told.aside > 0.0:
+            left, along = along_crest(w, case, left, room, third, fourth)
         if variants.sizes >= 0 and left < math.inf:
             left, worse, sized = _with_size(w, case, sized, left, worse, room, other, third, moves, tried, more)
         if not left <= told.largest:
@@ -233,6 +243,8 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
         spread_of(room, spread)
         for e in range(more.size):
             spread[e] += more[e]
+        if along > 0.0:
+            spread[0] = max(spread[0], spread[0] - spread[1] ** 2 / spread[every] + along)
         _put(room, row, 0)
         row[at.residual], row[at.size] = left, told.widest * math.sqrt(room.size[0])
         row[at.rival : at.rival_chi2] = math.nan
@@ -241,9 +253,9 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
             _put(other, row, at.rival)
             more_errors = 0.0 if exact else volume_of(other) - volume_of(room)
             row[at.rival_chi2] = max(worse - left + more_errors, 0.0)
-        known = math.sqrt(variance_of(spread, positions)) < 2.0 * _WIDE * told.longest
+        known = math.sqrt(variance_of(spread, apart_by)) < 2.0 * _WIDE * told.longest
         open_ = not known or row[at.rival_chi2] < told.ambiguity or _direction_open(room, spread)
-        for j in range(positions):
+        for j in range(apart_by):
             margin = 2.0 * told.apart
             open_ |= not told.box[2 * j] + margin < row[j] < told.box[2 * j + 1] - margin
         few = variants.sizes >= 0 and n <= every + FEW_SPARE

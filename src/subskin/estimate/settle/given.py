@@ -58,15 +58,18 @@ class SettledColumns(NamedTuple):
 class Settling(NamedTuple):
     """Thresholds, as of `area.judge.Settings`.
 
-    widest: half width at q = 1 [m]; box, beyond (2 P,): ends of the search, and of where a load is thought of; longest:
-    of a step [m]; level: mean square of the errors of a frame without a load; share: mean square of what a load adds,
-    of its largest reading squared, and the same with all sizes.
+    forces: components of a load; aside [m]: where it is not 0, the second coordinate is z^2 / aside of loads beside a
+    row, and only the first tells positions apart; widest: half width at q = 1 [m]; box, beyond (2 P,): ends of the
+    search, and of where a load is thought of; longest: of a step [m]; level: mean square of the errors of a frame
+    without a load; share: mean square of what a load adds, of its largest reading squared, and the same with all sizes.
     """
 
     friction: float
     largest: float
     ambiguity: float
     apart: float
+    forces: int
+    aside: float
     widest: float
     box: FloatArray
     beyond: FloatArray

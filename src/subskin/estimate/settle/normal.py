@@ -26,8 +26,9 @@ _FIXED = 1e12
 
 class SettlingRoom(NamedTuple):
     """Scratch and state: at (P,), load (F,): the unknowns; size (1,): q, from 0 to 1; shared (errors,): those in
-    common, in their deviations; ratios (2,): ends of the last of them; rows (m, n): slopes of what is predicted in all
-    these; rest, weight, part (n,); matrix, inverse, free (m, m); right, step, scale, prior, cone (m,).
+    common, in their deviations; ratios (2,): ends of the last of them; away (2,): of the last coordinate; rows (m, n):
+    slopes of what is predicted in all these; rest, weight, part (n,); matrix, inverse, free (m, m); right, step, scale,
+    prior, cone (m,).
     """
 
     at: FloatArray
@@ -35,6 +36,7 @@ class SettlingRoom(NamedTuple):
     size: FloatArray
     shared: FloatArray
     ratios: FloatArray
+    away: FloatArray
     rows: FloatArray
     rest: FloatArray
     weight: FloatArray
@@ -54,7 +56,8 @@ def room_of(positions, components, common, ratios, n):
     """Scratch for so many coordinates, components, errors in common and sensors."""
     m = positions + components + 1 + common
     return SettlingRoom(
-        np.zeros(positions), np.zeros(components), np.zeros(1), np.zeros(common), ratios, np.zeros((m, n)),
+        np.zeros(positions), np.zeros(components), np.zeros(1), np.zeros(common), ratios,
+        np.array([-math.inf, math.inf]), np.zeros((m, n)),
         np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((m, m)), np.zeros((m, m)), np.zeros((m, m)),
         np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m),
     )  # fmt: skip
@@ -162,12 +165,31 @@ def bound(room, row, aim):
 
 
 @compiled(borrows=True)
+def _copied_factor(one, out):
+    for j in range(one.shape[0]):
+        for k in range(j + 1):
+            out[j, k] = one[j, k]
+
+
+@compiled(borrows=True)
+def _within(room, k, now, ends):
+    """Solve again with step k held where it leads from `now` to beyond its ends (2,); whether there is a step."""
+    aim = now + room.step[k]
+    if ends[0] <= aim <= ends[1]:
+        return True
+    room.cone[:] = 0.0
+    room.cone[k] = 1.0 / room.scale[k]
+    bound(room, room.cone, ((ends[0] if aim < ends[0] else ends[1]) - now) / room.scale[k])
+    return _solved(room)
+
+
+@compiled(borrows=True)
 def stepped(room, friction, forces, sized, held):
     """Solve for the next step of a frame whose rows are laid out, within the cone; the chi-square left.
 
     forces: components of each load; sized: whether q is free; without, its prior holds it where it is; held: the
-    coordinate of which that is so too, `ALL` or `NONE`. Negative where there is no step. Of a Poisson's ratio at an end
-    of what ratios may be the covariance is that of a free one: it may yet be off the end.
+    coordinate of which that is so too, `ALL` or `NONE`. Negative where there is no step. Of a Poisson's ratio, or a
+    distance, at an end of what may be the covariance is that of a free one: it may yet be off the end.
     """
     positions, components = room.at.size, room.load.size
     first, q = positions, positions + components
@@ -210,20 +232,12 @@ def stepped(room, friction, forces, sized, held):
             if not _solved(room):
                 return -1.0
     n, m = room.rest.size, x.size
-    if room.shared.size == COMMON:
-        ratio, low, high = room.shared[COMMON - 1] + x[m - 1], room.ratios[0], room.ratios[1]
-        if not low <= ratio <= high:
-            room.cone[:] = 0.0
-            room.cone[m - 1] = 1.0 / room.scale[m - 1]
-            for j in range(m):
-                for k in range(j + 1):
-                    room.free[j, k] = room.inverse[j, k]
-            bound(room, room.cone, ((low if ratio < low else high) - room.shared[COMMON - 1]) / room.scale[m - 1])
-            if not _solved(room):
-                return -1.0
-            for j in range(m):
-                for k in range(j + 1):
-                    room.inverse[j, k] = room.free[j, k]
+    _copied_factor(room.inverse, room.free)
+    if not _within(room, positions - 1, room.at[positions - 1], room.away):
+        return -1.0
+    if room.shared.size == COMMON and not _within(room, m - 1, room.shared[COMMON - 1], room.ratios):
+        return -1.0
+    _copied_factor(room.free, room.inverse)
     left = 0.0
     for i in range(n):
         rest = room.rest[i]

@@ -1,13 +1,16 @@
-"""What is not known of a row's finger, and of the width of a roller's contact, made ready for the loop that settles."""
+"""What is not known of a row's finger, and of the size of a touch, made ready for the loop that settles."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 from ..._check import FloatArray
-from ...contact import Hertz
+from ...contact import Hertz, RoundHertz
 from ...errors import InvalidValueError
 from ...finger import Finger
+from ...radial_round import tabulate_round
 from ...response import Response
 from ..frames import packed
 from .given import Variants
@@ -19,10 +22,11 @@ _EXACT = 1e-6
 """What tables leave, of the largest reading."""
 
 
-def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool) -> Uncertain | None:
+def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool, local: bool = False) -> Uncertain | None:
     """What is not known of a finger with a row of sensors, for loads between `ends` [m]; None if it is exact.
 
-    sized: whether a load may be a roller's contact.
+    sized: whether a load may be a roller's contact; local: of point loads on the row, by a finger in space, and a
+    ball's contacts.
     """
     told, depth = finger.tolerances, np.asarray(finger.array.depth)
     if told is None:
@@ -31,15 +35,18 @@ def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool) -> Uncerta
         rule = "readings of a ridged skin are not smooth in what is not known"
         raise InvalidValueError("tolerances of a finger with ridges", rule, WITHOUT)
     deeper, (other, ratios), widest = deeper_than(finger), other_than(finger), float(depth.min())
-    wide = Response.of(finger, Hertz, ends, widest) if sized else None
+    wider = _wider(finger, ends, widest, local) if sized else None
+
+    def read(one: Finger, y: FloatArray) -> FloatArray:
+        return one.receptive_field(_on_it(y), "point")[..., :2] if local else one.receptive_field(y)
 
     def parts(y: FloatArray) -> list[FloatArray]:
-        base = finger.receptive_field(y)
-        made = [base] if deeper is None else [base, deeper.receptive_field(y)]
-        made += [] if other is None else [other.receptive_field(y) - base]
-        if wide is None:
+        base = read(finger, y)
+        made = [base] if deeper is None else [base, read(deeper, y)]
+        made += [] if other is None else [read(other, y) - base]
+        if wider is None:
             return made
-        added = [wide(y, np.full_like(y, np.sqrt(q) * widest)) - base for q in SQUARES]
+        added = [wider(y, float(np.sqrt(q)) * widest) - base for q in SQUARES]
         return made + [sum(share * one for share, one in zip(row, added, strict=True)) for row in POWERS]
 
     both = Response.from_function(
@@ -50,6 +57,23 @@ def on_row(finger: Finger, ends: tuple[float, float], *, sized: bool) -> Uncerta
     first = every.pop(1) if deeper is not None else None
     second = every.pop(1) if other is not None else None
     return Uncertain(told, _rows, every[0], ratios, first, second, tuple(every[1:]), widest)
+
+
+def _on_it(y: FloatArray) -> FloatArray:
+    """Points (y, 0) on the row, shape (..., 2)."""
+    return np.stack([y, np.zeros_like(y)], axis=-1)
+
+
+def _wider(
+    finger: Finger, ends: tuple[float, float], widest: float, local: bool
+) -> Callable[[FloatArray, float], FloatArray]:
+    """Readings under unit forces of a roller's, or a ball's, contact, by position and half width."""
+    if not local:
+        wide = Response.of(finger, Hertz, ends, widest)
+        return lambda y, a: wide(y, np.full_like(y, a))
+    y = np.asarray(finger.array.y)
+    round_ = tabulate_round(finger, RoundHertz, max(ends[1] - float(y.min()), float(y.max()) - ends[0]), 1.5 * widest)
+    return lambda y, a: round_.at(a)(_on_it(y))[..., :2]
 
 
 def _rows(every: list[Response], noise: FloatArray, at: dict[str, int]) -> Variants:

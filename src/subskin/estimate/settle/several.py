@@ -96,14 +96,14 @@ def _look(w, case, nodes, fields, known, lines, total, trial, best, left, scan, 
     for e in range(FEW):
         scan.best[e, 0], scan.best[e, 1] = math.inf, -1.0
     for p in range(nodes.shape[0]):
-        taken = taken_at(fields[p], known.weight, w, lines, told.friction, case.variants.table, scan)
+        taken = taken_at(fields[p], known.weight, w, lines, told.friction, scan)
         if taken > 0.0:
-            rank_node(nodes, p, total - taken, told.longest, scan.best)
+            rank_node(nodes, p, total - taken, told.longest, nodes.shape[1], scan.best)
     for e in range(FEW):
         p = int(scan.best[e, 1])
         if p < 0:
             break
-        taken_at(fields[p], known.weight, w, lines, told.friction, case.variants.table, scan)
+        taken_at(fields[p], known.weight, w, lines, told.friction, scan)
         if last > 0:
             _copy_loads(known, -1, trial, dim)
         _put_load(trial, last, nodes[p], scan.force)

@@ -56,6 +56,8 @@ class Uncertain(Frozen):
         What a touch of half width a adds, in powers of (a / widest)^2; none where touches have no size.
     widest : float
         The largest half width of a touch [m].
+    aside : float
+        Of point loads beside a row, whose second coordinate is z^2 / aside: the largest distance [m]; else 0.
     """
 
     tolerances: Tolerances
@@ -66,9 +68,15 @@ class Uncertain(Frozen):
     other: Any
     sizes: tuple[Any, ...]
     widest: float
+    aside: float = 0.0
 
     def to_settle(
-        self, array: SensorArray, pattern: npt.NDArray[np.bool_], layout: Layout, nodes: FloatArray, **told: Any
+        self,
+        array: SensorArray,
+        pattern: npt.NDArray[np.bool_],
+        layout: Layout | SettledColumns,
+        nodes: FloatArray,
+        **told: Any,
     ) -> tuple[Any, ...]:
         """Arguments of the loop that settles, for the sensors of `pattern`, which are `array`.
 
@@ -91,28 +99,29 @@ class Uncertain(Frozen):
             own=float(np.sqrt(1 - tolerances.common)), common=float(np.sqrt(tolerances.common)),
             ratios=np.array(self.ratios),
         )  # fmt: skip
-        share, sized = self._shares([_reads(one, noise) for one in every], at, errors, array)
+        read = [self._reads(one, noise) for one in every]
+        share, sized = self._shares(read, at, errors, array)
         columns = SettledColumns(*(getattr(layout, name) for name in SettledColumns._fields))
+        fields = np.ascontiguousarray(read[0](nodes).swapaxes(1, 2))
         settling = Settling(
             widest=self.widest, longest=0.5 * float(depth.min()), level=float((errors.still**2).mean()), share=share,
-            share_sized=sized, columns=columns, **told,
+            share_sized=sized, columns=columns, aside=self.aside, forces=fields.shape[1], **told,
         )  # fmt: skip
-        fields = np.ascontiguousarray(_reads(every[0], noise)(nodes).swapaxes(1, 2))
         return variants, errors, settling, nodes, fields
 
-    @staticmethod
     def _shares(
-        read: list[Callable[[FloatArray], FloatArray]], at: dict[str, int], errors: Errors, array: SensorArray
+        self, read: list[Callable[[FloatArray], FloatArray]], at: dict[str, int], errors: Errors, array: SensorArray
     ) -> list[float]:
         """Mean squares of what errors change, of the largest reading squared: without a size, and with the largest."""
         points = array.points if array.on_area else np.asarray(array.y)[:, None]
         sides = np.linspace(points.min(axis=0), points.max(axis=0), _AREA_NODES if array.on_area else _NODES).T
         grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
+        grid = np.pad(grid, ((0, 0), (0, int(self.aside > 0))))  # on the row
         normal = [one(grid)[..., 0] for one in read]
         power = normal[0] ** 2
         change = errors.gain**2 * power
         shift = _SHIFT * float(np.asarray(array.depth).min())
-        for step in shift * np.eye(len(sides)):
+        for step in shift * np.eye(len(sides), grid.shape[-1]):
             slope = (read[0](grid + step) - read[0](grid - step))[..., 0] / (2 * shift)
             change = change + (errors.position * slope) ** 2
         if at["deeper"] >= 0:
@@ -122,6 +131,18 @@ class Uncertain(Frozen):
         wider = sum(normal[at["sizes"] :]) ** 2 if at["sizes"] >= 0 else 0.0
         shares = [each.mean(axis=-1) for each in (change, change + wider)]
         return [float((share / power.max(axis=-1)).mean()) for share in shares]
+
+    def _reads(self, one: Any, noise: FloatArray) -> Callable[[FloatArray], FloatArray]:
+        """Readings (..., n, F) under unit forces at positions (..., P), in units of the noise."""
+        if isinstance(one, Response):
+            return lambda at: one(at[..., 0]) / noise[:, None]
+        if self.aside:
+            return lambda at: one(self._points(at))[..., :2] / noise[:, None]
+        return lambda at: np.asarray(one(at)) / noise[:, None]
+
+    def _points(self, at: FloatArray) -> FloatArray:
+        """Points (y, z) beside a row."""
+        return np.stack([at[..., 0], np.sqrt(at[..., 1] * self.aside)], axis=-1)
 
 
 def deeper_than(finger: Finger) -> Finger | None:
@@ -149,13 +170,6 @@ def other_than(finger: Finger) -> tuple[Finger | None, tuple[float, float]]:
     ends = sorted(((0.0 - min(ratios)) / change, (0.5 - max(ratios)) / change))
     less = [replace(m, poisson=min(m.poisson + change, 0.5)) for m in finger.skin.materials]
     return replace(finger, skin=finger.skin.with_(materials=less)), (ends[0], ends[1])
-
-
-def _reads(one: Any, noise: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Readings (..., n, F) under unit forces at positions (..., P), in units of the noise."""
-    if isinstance(one, Response):
-        return lambda at: one(at[..., 0]) / noise[:, None]
-    return lambda at: np.asarray(one(at)) / noise[:, None]
 
 
 def in_doubt(doubt: FloatArray, noise: FloatArray) -> npt.NDArray[np.bool_]:

@@ -1,6 +1,7 @@
 """Compiled: readings of loads, or of a touch of some size, by fingers that are not quite their drawing.
 
-Line loads on a row, point loads on an area: the table says which. As many press at once as the state has positions for.
+Line loads on a row, point loads on it or on an area: the table says which. Of point loads beside a row the second
+coordinate is z^2 / aside, which readings are smooth in. As many press at once as the state has positions for.
 """
 
 from __future__ import annotations
@@ -20,6 +21,9 @@ from .normal import COMMON, copied, stepped, volume_of
 
 STEPS, _LEAST, _SHARE = 8, 0.05, 5e-3
 """The most steps as a rule, and the change of chi-square, and the share of it, below which the last was enough."""
+
+_ON_ROW = 1e-8
+"""Square of the least distance beside a row, in `aside`: slopes in z^2 are told at it."""
 
 
 class SettlingCase(NamedTuple):
@@ -46,10 +50,16 @@ def common_of(variants, errors):
 @compiled()
 def case_of(variants, errors, told, dim, n):
     """The case of frames of n readings, with its scratch; dim: coordinates of a position."""
-    numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), (dim + 1) ** 2
+    numbers, fill = np.empty((variants.table.shape[0], ROWS, n + 1)), (dim + 1) * told.forces
     return SettlingCase(
         variants, errors, told, numbers, numbers.view(np.int64), np.empty((fill, n)), np.empty((fill, n)), np.empty(n)
     )
+
+
+@compiled(inline=True)
+def distance_beside(square, aside):
+    """How far beside the row [m] a load presses, whose second coordinate is z^2 / aside; never quite on it."""
+    return math.sqrt(max(square * aside, _ON_ROW * aside * aside))
 
 
 @compiled(borrows=True)
@@ -61,6 +71,14 @@ def _fill(table, case, v, at, out):
         cell = line_at(line, Along(at[0]))
         for i in range(out.shape[1]):
             out[0, i], out[1, i], out[2, i], out[3, i], _, _ = line_read(line, cell, i)
+    elif case.told.aside > 0.0:
+        model = PointModel(made.sensors[v], made.first, table[v], made.terms[v], case.numbers[v], case.bits[v])
+        z = distance_beside(at[1], case.told.aside)
+        by, away = 0.5 * case.told.aside / z, out[2 * case.told.forces :]
+        point_field(model, Point(at[0], z))
+        for i in range(out.shape[1]):
+            out[0, i], out[1, i], _, out[2, i], out[3, i], _, by_n, by_t, _ = read(model, 0, i)
+            away[0, i], away[1, i] = by * by_n, by * by_t
     else:
         model = PointModel(made.sensors[v], made.first, table[v], made.terms[v], case.numbers[v], case.bits[v])
         point_field(model, Point(at[0], at[1]))
@@ -92,7 +110,7 @@ def lay_out(w, case, sized, room):
     """Rows, weights and rest of the readings at the state of `room`; sized: with slopes in q."""
     made, errors, rows, q, n = case.variants, case.errors, room.rows, room.size[0], w.size
     here, there, changed, dim = case.here, case.there, case.changed, case.told.box.size // 2
-    forces, positions, components = dim + 1, room.at.size, room.load.size
+    forces, positions, components = case.told.forces, room.at.size, room.load.size
     by_q = positions + components
     common = by_q + 1
     rows[:] = 0.0
@@ -132,11 +150,14 @@ def lay_out(w, case, sized, room):
     part = room.part
     part[:] = 0.0
     for j in range(dim):
+        turn = 1.0
+        if j == 1 and case.told.aside > 0.0:
+            turn = 2.0 * distance_beside(room.at[1], case.told.aside) / case.told.aside
         for i in range(n):
             slope = rows[j, i]
             for k in range(j + dim, positions, dim):
                 slope += rows[k, i]
-            part[i] += slope * slope
+            part[i] += (turn * slope) ** 2
     for i in range(n):
         own, moved = errors.gain[i] * (w[i] - room.rest[i]), part[i]
         room.weight[i] = 1.0 / (
@@ -170,10 +191,11 @@ def settle(w, case, box, sized, most, held, room):
     for _ in range(most):
         before = left
         lay_out(w, case, sized, room)
-        if positions > dim:  # several loads may chase each other: shorter steps where the last one made it worse
+        if positions > dim or told.aside > 0.0:
+            # several loads, or force and distance, may chase each other: shorter steps where the last one made it worse
             last, now = now, _left(room)
             reach = 0.3 * reach if now > last else min(2.0 * reach, told.longest)
-        left = stepped(room, told.friction, dim + 1, sized, held)
+        left = stepped(room, told.friction, told.forces, sized, held)
         if left < 0.0:
             return math.inf
         x, longest = room.step, 0.0
@@ -192,7 +214,7 @@ def settle(w, case, box, sized, most, held, room):
             room.size[0] = min(max(room.size[0] + shorter * x[positions + components], 0.0), 1.0)
         for e in range(room.shared.size):
             room.shared[e] += shorter * x[positions + components + 1 + e]
-        for c in range(0, components, dim + 1):
+        for c in range(0, components, told.forces):
             if not room.load[c] > 0.0:
                 return math.inf
         if shorter == 1.0 and abs(left - before) < _LEAST + _SHARE * left:
