@@ -120,6 +120,31 @@ def test_a_ball_on_a_row_is_said_to_be_one() -> None:
     assert np.median(sized) == pytest.approx(0.5 * DEPTH, rel=0.1)
 
 
+def test_a_ball_beside_a_row_is_not_taken_for_one_on_it() -> None:
+    rng, finger = np.random.default_rng(5), replace(drawn_row(ss.Tolerances()), skin=SKIN)
+    y, touch = tips(rng, 200, 0.6)
+    found = finger.locate(finger.read(ss.RoundHertz(half_width=0.5 * DEPTH, **touch), rng))
+    off = np.abs(found.position - y)
+    wrong = found.ok & ((off > 5 * found.position_std) | (off > 0.3 * DEPTH))
+    assert found.ok.mean() > 0.9
+    assert wrong.mean() <= 0.01  # without a size of its own the point beside the row leaves 15 %
+
+
+@pytest.mark.parametrize("told", [None, ss.Tolerances()], ids=["exact", "size"])
+def test_the_force_of_a_point_counts_where_else_it_may_press(told: ss.Tolerances | None) -> None:
+    rng, finger = np.random.default_rng(6), replace(drawn_row(told, 1e-2), skin=SKIN)
+    force, both = [], []
+    for beside in np.linspace(0.0, 1.0, 6):
+        _, touch = tips(rng, 60, float(beside))
+        found = finger.locate(finger.read(ss.PointLoad(**touch), rng))
+        point = found.ok & (found.likeliest > 0)
+        true = np.linalg.norm(touch["components"], axis=-1)
+        force.append((np.abs(found.force - true) < 1.96 * found.std[:, 1])[point])
+        both.append((found.std[:, 1] >= np.where(found.likeliest == 1, found.on_row.std[:, 1], 0.0))[point])
+    assert np.mean(np.concatenate(force)) > 0.75  # of the likeliest contact alone it was .5
+    assert np.concatenate(both).all()
+
+
 def test_tips_of_a_row_without_errors_are_found_as_by_an_exact_one() -> None:
     rng, none = np.random.default_rng(7), ss.Tolerances()
     for beside in (0.0, 0.7):

@@ -16,9 +16,10 @@ from .layout import BESIDE
 
 __all__ = ["ANSWER", "Company", "weigh"]
 
-_COLUMNS = ("position", "error", "probability", "likeliest", "status")
+_COLUMNS = ("position", "error", "probability", "likeliest", "status", "force_apart")
 ANSWER = np.dtype((np.record, [(name, float) for name in _COLUMNS]))
-"""What `weigh` says of a frame: a position [m], how probable a point is, which of the three is likeliest, a status."""
+"""What `weigh` says of a frame: a position [m], how probable a point is, which of the three is likeliest, a status, and
+by how much the force of the other point may differ, as a standard deviation."""
 
 _OK, _LEFT_OPEN, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _INCOMPLETE = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0
 _DECADES = 3.0 * math.log(10.0)
@@ -59,7 +60,7 @@ class Company(NamedTuple):
 def weigh(lines, on, beside, sensors, sized, ambiguity, told, out):
     """What the three tables (f,) of `LINE`, `ON_ROW` and `BESIDE` say together, into `out` (f,) of `ANSWER`.
 
-    sensors (3, f): how many each used; sized (2, f): whether a line, and a point on the row, took a size; ambiguity: a
+    sensors (3, f): how many each used; sized (3, f): whether each took a size; ambiguity: a
     rival's chi-square is within it; told: a `Company`.
     """
     log, at, std, weight, square = np.empty(3), np.empty(6), np.empty(6), np.empty(6), np.empty((4, 4))
@@ -69,9 +70,9 @@ def weigh(lines, on, beside, sensors, sized, ambiguity, told, out):
         statuses = (line.status, point.status, away.status)
         log[0] = _evidence(line, 0, told, square) + (_OF_SIZE if sized[0, f] else 0.0)
         log[1] = _evidence(point, 1, told, square) + (_OF_SIZE if sized[1, f] else 0.0)
-        log[2] = _evidence_beside(away, told, square)
+        log[2] = _evidence_beside(away, told, square) + (_OF_SIZE if sized[2, f] else 0.0)
         highest = max(log[0], log[1], log[2])
-        row.position = row.error = row.probability = row.likeliest = math.nan
+        row.position = row.error = row.probability = row.likeliest = row.force_apart = math.nan
         if highest == -math.inf:
             row.status = _none(statuses)
             continue
@@ -108,6 +109,10 @@ def weigh(lines, on, beside, sensors, sized, ambiguity, told, out):
         row.position, row.error = mean, math.sqrt(second / near)
         row.probability = 1.0 - (weight[0] + weight[3]) / total
         row.likeliest = best
+        row.force_apart = 0.0
+        if best > 0 and log[3 - best] > -math.inf:
+            share = _share(point, away) if best == 1 else 1.0 - _share(point, away)
+            row.force_apart = math.sqrt(share) * abs(math.hypot(away.n, away.t) - math.hypot(point.n, point.t))
         sure = elsewhere < told.most * total and ends < told.most * total and row.error < told.open
         # three contacts explain much that is none of them, though seldom well
         sure = sure and believed > 0.5 * total
@@ -115,12 +120,17 @@ def weigh(lines, on, beside, sensors, sized, ambiguity, told, out):
 
 
 @compiled(inline=True)
+def _share(point, away):
+    """Of the point beside the row, beside the one on it, by chi-square alone: as if its distance had been stated."""
+    return 1.0 / (1.0 + math.exp(0.5 * min(max(away.residual - point.residual, -_FAR), _FAR)))
+
+
+@compiled(inline=True)
 def _counted_beside(point, away, told):
     """What the best point beside the row adds to the variance of one on it, by chi-square alone."""
     if not told.settled or not away.status <= _AMBIGUOUS:
         return 0.0
-    share = 1.0 / (1.0 + math.exp(0.5 * min(max(away.residual - point.residual, -_FAR), _FAR)))
-    return share * ((away.y - point.y) ** 2 + away.covariance[0])
+    return _share(point, away) * ((away.y - point.y) ** 2 + away.covariance[0])
 
 
 @compiled(inline=True)

@@ -24,7 +24,7 @@ from ..response import Response
 from ..skin import in_space
 from .estimate import Estimate, Status
 from .frames import packed
-from .layout import BESIDE, ON_ROW, SIZED_ON_ROW
+from .layout import BESIDE, ON_ROW, SIZED_BESIDE, SIZED_ON_ROW
 from .search import OTHERS, Locator
 from .settle.uncertain import Uncertain, fill_settled
 
@@ -171,7 +171,8 @@ class PointLocator(Locator):
         lost = friction * response.widest / float(np.min(array.depth)) if friction else 0.0
         steep = friction / (1 - lost) if lost < _STEEPEST else np.inf
         super().__init__(response, array, friction=steep, **options)
-        self.layout = self._layout = BESIDE
+        self.layout = self._layout = BESIDE if self._uncertain is None else SIZED_BESIDE
+        self._columns = self.layout.columns
 
     def _run(
         self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray, doubt: FloatArray | None = None
@@ -190,15 +191,18 @@ class PointLocator(Locator):
     ) -> None:
         from .settle.aside import SETTLED, from_settled, to_settled
 
-        found, rows = BESIDE.named(out), np.empty((len(out), SETTLED.itemsize // 8))
-        away, settled = self.half_width[1], np.ndarray(len(out), SETTLED, rows)
+        assert self._uncertain is not None
+        away, rows = self.half_width[1], np.empty((len(out), SETTLED.itemsize // 8))
 
         def loop(*given: Any) -> None:
-            self._compiled(*given[:-1], found)
-            to_settled(found, away, settled)
+            part = BESIDE.named(np.empty((len(given[-1]), BESIDE.columns)))
+            self._compiled(*given[:-1], part)
+            to_settled(part, away, np.ndarray(len(part), SETTLED, given[-1]))
 
-        fill_settled(loop, frames, arrays, False, rows, doubt)
-        from_settled(settled, away, found)
+        fill_settled(loop, frames, arrays, bool(self._uncertain.sizes), rows, doubt)
+        settled = np.ndarray(len(out), SETTLED, rows)
+        from_settled(settled, away, BESIDE.named(out))
+        out[:, SIZED_BESIDE.size] = settled["size"]
 
     def _to_settle(
         self, uncertain: Uncertain, array: SensorArray, pattern: npt.NDArray[np.bool_], thresholds: dict[str, float]
@@ -222,7 +226,7 @@ class PointLocator(Locator):
         status = table[..., BESIDE.status]
         status[status == LEFT_OPEN] = Status.AMBIGUOUS
         table.flags.writeable = False
-        return Estimate(table, used, self.friction, self.unknowns, BESIDE, self.relative)
+        return Estimate(table, used, self.friction, self.unknowns, self.layout, self.relative)
 
     def _look_along(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], stride: int, out: FloatArray) -> None:
         from .crest import look_along

@@ -40,9 +40,9 @@ class Either(FrameTable):
 
     Parameters
     ----------
-    table : ndarray, shape (..., 5)
-        Position [m], its standard deviation [m], probability of the point, which contact is likeliest, status; read
-        them by name.
+    table : ndarray, shape (..., 6)
+        Position [m], its standard deviation [m], probability of the point, which contact is likeliest, status, and by
+        how much the force of the other point may differ [N]; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on.
     line, on_row, point : Estimate
@@ -127,9 +127,13 @@ class Either(FrameTable):
 
     @property
     def std(self) -> FloatArray:
-        """Standard deviations of `position`, `force` and `angle`, shape (..., 3), in the units of these."""
+        """Standard deviations of `position`, `force` and `angle`, shape (..., 3), in the units of these.
+
+        That of a point's force counts how much more, or less, it is if the point presses beside the row, or on it.
+        """
         each = self._likeliest(self.line.std, self.on_row.std, self.point.std[..., :3])
-        return np.concatenate([self.position_std[..., None], each[..., 1:]], axis=-1)
+        force = np.hypot(each[..., 1], self.table[..., 5])
+        return np.stack([self.position_std, force, each[..., 2]], axis=-1)
 
     @property
     def beside(self) -> FloatArray:
@@ -260,9 +264,9 @@ class EitherLocator:
         rows = [at.named(t.reshape(-1, t.shape[-1])) for at, t in zip(_LAYOUTS, tables, strict=True)]
         out = np.empty((len(rows[0]), len(ANSWER.names or ())))
         sensors = np.stack([used.reshape(len(out), -1).sum(axis=-1) for used in kept])
-        sized = np.zeros((2, len(out)), dtype=bool)
+        sized = np.zeros((3, len(out)), dtype=bool)
         if self.line._uncertain is not None:
-            sized[:] = [t.reshape(len(out), -1)[:, -1] > 0.0 for t in tables[:_BESIDE]]
+            sized[:] = [t.reshape(len(out), -1)[:, -1] > 0.0 for t in tables]
         weigh(*rows, sensors, sized, self.line._ambiguity, self._told, np.ndarray(len(out), ANSWER, out))
         line, on_row = (
             Estimate(table, used, one.friction, one.unknowns, one.layout, one.relative)

@@ -18,6 +18,7 @@ __all__ = [
     "ON_ROW",
     "ROUND",
     "SIZED",
+    "SIZED_BESIDE",
     "SIZED_LINE",
     "SIZED_ON_ROW",
     "TWIST",
@@ -130,6 +131,8 @@ LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wi
 ROUND, TWIST = Layout(dim=2, wide=True), Layout(dim=2, wide=True, twist=True)
 SIZED, SIZED_LINE = Layout(dim=2, sized=True), Layout(sized=True)
 ON_ROW, SIZED_ON_ROW = Layout(aside=True), Layout(aside=True, sized=True)
+SIZED_BESIDE = Layout(wide=True, aside=True, sized=True)
 """Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, of one
 that twists as well; of a point load or a round touch where a point does not explain the readings, and of a line load or
-a roller's contact likewise; of a point load on a row, and of a ball's contact there likewise."""
+a roller's contact likewise; of a point load on a row, and of a ball's contact there, or beside it,
+likewise."""

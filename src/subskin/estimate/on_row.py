@@ -66,7 +66,8 @@ def point_locator(
             return OnRowLocator(on, finger.array, **given).allow_for(finger, mu)
         farthest = farthest_beside(finger, most)
         response = points_beside(finger, within, farthest)
-        point = PointLocator(response, finger.array, uncertain=_beside(tip, within, farthest), **values)
+        uncertain = _beside(tip, within, farthest, sized=family == "either")
+        point = PointLocator(response, finger.array, uncertain=uncertain, **values)
         point.allow_for(finger, mu)
         if family == "point":
             return point
@@ -77,9 +78,9 @@ def point_locator(
     return prepared(finger).get((family, ends, most, *values.values()), make)
 
 
-def _beside(tip: Finger, within: tuple[float, float], farthest: float) -> Uncertain | None:
+def _beside(tip: Finger, within: tuple[float, float], farthest: float, *, sized: bool) -> Uncertain | None:
     """What is not known of a finger in space, for point loads up to so far beside its row; None if it is exact."""
     y = np.asarray(tip.array.y)
     reach = float(np.hypot(max(within[1] - y.min(), y.max() - within[0]), farthest))
-    found = on_area(tip, tabulate_radial(tip, reach), reach, sized=False)
+    found = on_area(tip, tabulate_radial(tip, reach), reach, sized=sized)
     return None if found is None else replace(found, aside=farthest)
