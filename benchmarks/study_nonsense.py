@@ -6,8 +6,9 @@ Sensors of strain along the depth in a half plane of rubber (nu = 1/2), 0.75 dep
 strain beneath a unit normal load; unit normal forces that lean up to 35 degrees, anywhere over the row where nothing
 else is said. Each cell: share of frames OK / OK and the position off by more than five standard deviations / OK and off
 by more than 0.3 depths / OK and the normal force off by more than 30 %, all in %. Of two touches the nearer counts,
-and the sum of their forces. First `locate`, then `fit` of a roller (family "hertz"), then line loads beside the row at
-several forces. Positions are searched where they are by default, 1.5 depths beyond the outermost sensors.
+and the sum of their forces. First `locate`, of an exact finger and of one with tolerances;
+then `fit` of a roller (family "hertz"); then line loads beside the row at several forces. Positions are searched where
+they are by default, 1.5 depths beyond the outermost sensors.
 """
 
 from __future__ import annotations
@@ -180,8 +181,11 @@ def shares(found: ss.Estimate, y: np.ndarray, normal: float) -> list[float]:
     return [float(np.mean(k)) for k in (ok, ok & (off > 5 * found.std[:, 0]), ok & (off > 0.3), ok & force)]
 
 
-def table(count: int, family: str) -> list[list[str]]:
-    """A row for each wrong model, a cell for each finger; at the end the mean over wrong models."""
+TOLD = ss.Tolerances(gain=0.02, depth=0.05, position=0.05, poisson=0.05, offset=0.01 * FULL_SCALE)
+
+
+def table(count: int, family: str | None = None, told: ss.Tolerances | None = None) -> list[list[str]]:
+    """A row for each wrong model, a cell for each finger; at the end the mean over wrong models; `locate`, or a fit."""
     rows, wrong = [], []
     for number, (name, make, outliers) in enumerate([*contacts(), *fingers()]):
         cells = []
@@ -192,7 +196,11 @@ def table(count: int, family: str) -> list[list[str]]:
                     continue
                 case = Case(finger(sensors, PITCH, noise), noise, count, np.random.default_rng([number, sensors]))
                 readings, y, normal = make(case)
-                cells.append(shares(case.tip.fit(readings, family, outliers=outliers), y, normal))
+                tip = replace(case.tip, tolerances=told)
+                found = (
+                    tip.fit(readings, family, outliers=outliers) if family else tip.locate(readings, outliers=outliers)
+                )
+                cells.append(shares(found, y, normal))
         rows.append([name, *("-" if c is None else "/".join(f"{100 * k:.2g}" for k in c) for c in cells)])
         if number and not outliers:
             wrong.append(cells)
@@ -224,7 +232,10 @@ def main() -> None:
     options = arguments(__doc__, touches=1500, fits=150, loads=20000)
     columns = [f"{sensors} at {100 * noise:g} %" for sensors in SENSORS for noise in NOISE]
     head = "OK / 5 deviations / 0.3 depths / force, %"
-    show(f"locate: {head}", ["readings from", *columns], table(options.touches, "line"), options.json)
+    show(f"locate: {head}", ["readings from", *columns], table(options.touches), options.json)
+    show(
+        f"locate with tolerances: {head}", ["readings from", *columns], table(options.touches, told=TOLD), options.json
+    )
     show(f'fit "hertz": {head}', ["readings from", *columns], table(options.fits, "hertz"), options.json)
     columns = ["line loads [depths]", *columns]
     show("locate beside the row: OK / OK and wrong, %", columns, beside(options.loads), options.json)

@@ -23,6 +23,8 @@ _PROFILED = 2
 """Steps to each of these from the one before."""
 _LOOKED_AT = np.array([0.1, 1.0])
 """Squares of half widths that are tried before readings are taken to change in proportion to the square."""
+_ONE = 0.6
+"""Half width [least depths] beyond which a touch on a row may be two, of which the middle is too far from either."""
 _SEEN = 120.0
 """Least chi-square of the readings of a frame that is scaled: less is no contact."""
 _OK, _AMBIGUOUS, _UNEXPLAINED = 0.0, 1.0, 3.0
@@ -260,7 +262,7 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
             open_ |= not told.box[2 * j] + margin < row[j] < told.box[2 * j + 1] - margin
         few = variants.sizes >= 0 and n <= every + FEW_SPARE
         if row[at.size] > 0.0:  # it needs one reading more
-            open_ |= not n > every + 1
+            open_ |= not n > every + 1 or (apart_by == 1 and row[at.size] > 2.0 * _ONE * told.longest)
         if exact and not row[at.size] > 0.0 and not few:
             open_ |= status == _AMBIGUOUS
         elif not open_ and (status == _AMBIGUOUS or sized_only or exact or few):
