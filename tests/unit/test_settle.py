@@ -130,6 +130,27 @@ def test_a_ball_beside_a_row_is_not_taken_for_one_on_it() -> None:
     assert wrong.mean() <= 0.01  # without a size of its own the point beside the row leaves 15 %
 
 
+def test_few_readings_seldom_take_a_pull_for_a_press_beside_the_row() -> None:
+    rng = np.random.default_rng(3)
+    array = ss.SensorArray.line(count=6, pitch=0.75 * DEPTH, depth=DEPTH, noise=1e-3 * PEAK)
+    finger = ss.Finger(SKIN, array, tolerances=EACH["all"])
+    pulled = finger.locate(-finger.read(ss.PointLoad(**tips(rng, 400, 0.0)[1]), rng))
+    assert pulled.ok.mean() < 0.06  # .15 where it may press a depth beside the row and farther
+    wild = finger.locate(rng.normal(size=(400, 6)) * PEAK)
+    assert wild.ok.mean() < 0.04
+
+
+def test_a_line_that_may_be_two_is_ambiguous() -> None:
+    rng, finger = np.random.default_rng(4), drawn_row(EACH["all"])
+    touch = lines(rng, 100)
+    both = [finger.read(ss.LineLoad(**touch | {"position": touch["position"] + side * DEPTH})) for side in (-0.6, 0.6)]
+    found = finger.locate(sum(both) / 2)
+    nearer = np.abs(np.abs(found.position - touch["position"]) - 0.6 * DEPTH)
+    assert (found.ok & (nearer > 0.3 * DEPTH)).mean() < 0.05
+    roller = finger.locate(finger.read(ss.Hertz(half_width=0.5 * DEPTH, **touch), rng))
+    assert roller.ok.mean() > 0.95
+
+
 @pytest.mark.parametrize("told", [None, ss.Tolerances()], ids=["exact", "size"])
 def test_the_force_of_a_point_counts_where_else_it_may_press(told: ss.Tolerances | None) -> None:
     rng, finger = np.random.default_rng(6), replace(drawn_row(told, 1e-2), skin=SKIN)

@@ -60,7 +60,9 @@ def from_settled(rows, aside, out):
         one.low, one.high = math.sqrt(max(square - spread, 0.0)), min(math.sqrt(square + spread), aside)
         # near the row the readings know the square alone: the interval says how far the distance is known
         straight = 0.5 / z if z > 0.0 else math.inf
-        about = 0.5 * (math.sqrt(square + spread) - math.sqrt(max(square - spread, 0.0))) / spread
+        about = straight
+        if spread > 0.0:
+            about = 0.5 * (math.sqrt(square + spread) - math.sqrt(max(square - spread, 0.0))) / spread
         turn = min(straight, about) * aside
         for k in range(10):
             one.covariance[_ORDER[k]] = row.covariance[k] * turn ** _OF_AWAY[k]
@@ -86,7 +88,7 @@ def _walked(w, case, side, left, least, room, best, trial):
         more = settle(w, case, told.box, False, _HELD, 1, trial) + volume_of(trial) - own
         if not more < least + _FAR:
             break
-        share = math.exp(-0.5 * more)
+        share = math.exp(-0.5 * max(more, -_FAR))
         weight += share
         moment += share * (trial.at[0] - room.at[0]) ** 2
         if more < least:

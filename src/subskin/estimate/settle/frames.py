@@ -261,6 +261,8 @@ def settle_frames(readings, doubt, rows, given, scale, sized_only, out):
             margin = 2.0 * told.apart
             open_ |= not told.box[2 * j] + margin < row[j] < told.box[2 * j + 1] - margin
         few = variants.sizes >= 0 and n <= every + FEW_SPARE
+        # a depth beside the row and farther, few readings do not tell a heavy press from a pull
+        open_ |= few and told.aside > 0.0 and room.at[1] * told.aside > (2.0 * told.longest) ** 2
         if row[at.size] > 0.0:  # it needs one reading more
             open_ |= not n > every + 1 or (apart_by == 1 and row[at.size] > 2.0 * _ONE * told.longest)
         if exact and not row[at.size] > 0.0 and not few:
