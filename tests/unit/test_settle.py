@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -128,6 +131,41 @@ def test_a_ball_beside_a_row_is_not_taken_for_one_on_it() -> None:
     wrong = found.ok & ((off > 5 * found.position_std) | (off > 0.3 * DEPTH))
     assert found.ok.mean() > 0.9
     assert wrong.mean() <= 0.01  # without a size of its own the point beside the row leaves 15 %
+
+
+def test_a_size_alone_leaves_what_is_known_of_a_point_beside_a_row() -> None:
+    rng = np.random.default_rng(8)
+    _, touch = tips(rng, 50, 0.6)
+    exact, told = (replace(drawn_row(one), skin=SKIN) for one in (None, ss.Tolerances()))
+    readings = exact.read(ss.PointLoad(**touch), rng)
+    one, other = (finger.locate(readings).point for finger in (exact, told))
+    both = one.ok & other.ok & (other.half_width == 0)
+    assert both.mean() > 0.7
+    assert other.position[both] == pytest.approx(one.position[both], abs=0.02e-3)
+    assert np.median(other.std[both, 0] / one.std[both, 0]) < 2.0  # the crest is narrow
+
+
+PLAIN = """
+import subskin as ss
+array = ss.SensorArray.line(count=6, pitch=2e-3, depth=3e-3, noise=4e-5)
+finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array, tolerances=ss.Tolerances({}))
+found = finger.locate(finger.read(ss.PointLoad(force=1.0, position=(1e-3, 2e-3))))
+print(int(found.status), round(float(found.position) * 1e3, 4), round(float(found.point.beside) * 1e3, 4))
+"""
+
+
+@pytest.mark.parametrize("told", ["", "depth=0.05"])
+def test_the_first_frames_in_plain_python_are_those_of_the_compiled_loop(told: str) -> None:
+    """Loops are compiled after the first frames. Where Python raises an error, a compiled one has an infinity."""
+    every = [
+        subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", PLAIN.format(told)],
+            env=os.environ | {"NUMBA_DISABLE_JIT": off}, capture_output=True, text=True, check=True,
+        ).stdout
+        for off in "01"
+    ]  # fmt: skip
+    assert every[0] == every[1]
+    assert every[0].startswith("0 1.0 2.0")
 
 
 def test_few_readings_seldom_take_a_pull_for_a_press_beside_the_row() -> None:

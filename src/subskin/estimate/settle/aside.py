@@ -14,7 +14,7 @@ from ..._compiled import compiled
 from ..layout import BESIDE
 from .given import SettledColumns
 from .normal import NONE, copy_state, volume_of
-from .variants import STEPS, settle
+from .variants import STEPS, lay_out, settle
 
 _CONTACT = ("y", "away", "n", "t")
 _FIELDS = [
@@ -104,6 +104,7 @@ def along_crest(w, case, left, room, best, trial):
     if not left < math.inf:
         left = settle(w, case, told.box, False, STEPS, 1, room)
     moment = 0.0
+    lay_out(w, case, False, room)  # its errors; of an exact finger nothing has done that
     for again in range(2):
         copy_state(room, best)
         least, weight, moment = _walked(w, case, -1.0, left, 0.0, room, best, trial)
