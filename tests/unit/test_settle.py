@@ -12,6 +12,8 @@ import pytest
 
 import subskin as ss
 from subskin.errors import InvalidValueError
+from subskin.estimate.settle.normal import room_of
+from subskin.estimate.settle.variants import case_of, lay_out
 
 DEPTH = 3e-3
 SKIN = ss.HalfSpace(ss.Material(young=0.4e6))
@@ -143,6 +145,38 @@ def test_a_size_alone_leaves_what_is_known_of_a_point_beside_a_row() -> None:
     assert both.mean() > 0.7
     assert other.position[both] == pytest.approx(one.position[both], abs=0.02e-3)
     assert np.median(other.std[both, 0] / one.std[both, 0]) < 2.0  # the crest is narrow
+
+
+def test_the_error_of_a_point_counts_every_distance_that_explains_it() -> None:
+    """Without the walk along the crest twice as many positions are more than four deviations off."""
+    told, rng = EACH["offset"], np.random.default_rng(3)
+    finger, wrong = replace(drawn_row(told), skin=SKIN), []
+    for _ in range(12):
+        y, touch = tips(rng, 40, 0.6)
+        readings = ss.Finger(*told.draw(SKIN, finger.array, rng)).read(ss.PointLoad(**touch), rng)
+        found = finger.locate(readings, load="point")
+        wrong.append(np.abs(found.position - y) > 4 * found.std[:, 0])
+    assert np.mean(wrong) < 0.006
+
+
+def test_errors_of_positions_across_the_row_count_by_the_slope_there() -> None:
+    finger = replace(drawn_row(ss.Tolerances(position=0.05)), skin=SKIN)
+    locator = finger.locator("point")
+    variants, errors, told, _, _ = locator._prepare(locator._all)[-1]
+    room, case = room_of(2, 2, 0, errors.ratios, 8), case_of(variants, errors, told, 2, 8)
+    y, z, step = 0.4 * DEPTH, 0.8 * DEPTH, 1e-4 * DEPTH
+    room.at[:], room.load[:] = (y, z * z / told.aside), (1.2, 0.3)
+
+    def read(y: float, z: float) -> np.ndarray:
+        touch = ss.PointLoad(components=(1.2, 0.3, 0.0), position=(y, z))
+        return finger.read(touch) / finger.array.noise
+
+    lay_out(np.zeros(8), case, False, room)
+    across = (read(y, z + step) - read(y, z - step)) / (2 * step)
+    along = (read(y + step, z) - read(y - step, z)) / (2 * step)
+    variance = 1.0 + (0.05 * DEPTH) ** 2 * (across**2 + along**2)
+    assert 1 / room.weight == pytest.approx(variance, rel=1e-3)
+    assert -room.rest == pytest.approx(read(y, z), rel=1e-4, abs=1e-4 * np.abs(read(y, z)).max())
 
 
 PLAIN = """
