@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .estimate.locate import fit as _fit
     from .estimate.locate import locate as _locate
     from .estimate.locate import locator as _locator
+    from .estimate.resultant.resultant import resultant as _resultant
     from .response import tabulate as _tabulate
 
 __all__ = ["Finger"]
@@ -150,10 +151,10 @@ class Finger(Tabled, Noun):
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
-        observable = _observable
+        observable, resultant = _observable, _resultant
     else:
         tabulate, locator, locate, fit, blind_spots = _Verb(), _Verb(), _Verb(), _Verb(), _Verb()
-        observable = _Verb(".estimate.area")
+        observable, resultant = _Verb(".estimate.area"), _Verb(".estimate")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import ConvergenceError
+from ..estimate.answer import Status
 from ..estimate.area.observable import refuse_blind
-from ..estimate.estimate import Estimate, Status
+from ..estimate.estimate import Estimate
 from ..finger import Finger
 from ._blind_model import BlindModel, Linearised, UnknownTouch, Whitened
 

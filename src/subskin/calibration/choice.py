@@ -13,7 +13,7 @@ from .. import _check
 from .._axes import on_finger
 from .._check import FloatArray
 from ..errors import ConvergenceError, InvalidValueError
-from ..estimate.estimate import Status
+from ..estimate.answer import Status
 from ..estimate.locate import locator
 from ..finger import Finger
 from .calibration import Calibration

@@ -13,8 +13,8 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import Tabled, with_error
 from ..errors import ConvergenceError
+from ..estimate.answer import Status
 from ..estimate.beside import points_on
-from ..estimate.estimate import Status
 from ..estimate.search import Locator
 from ..finger import Finger, finger_needed
 from ..response import tabulate

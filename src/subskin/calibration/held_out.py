@@ -20,8 +20,8 @@ from threadpoolctl import threadpool_limits
 from .._axes import turned
 from .._check import FloatArray
 from ..errors import ConvergenceError
+from ..estimate.answer import Status
 from ..estimate.area import InPlaceLocator
-from ..estimate.estimate import Status
 from ..estimate.locate import locator
 from ..finger import Finger
 from ..measured import MeasuredResponse, nodes_of

@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import FileError, InvalidValueError, printable
-from ..estimate.estimate import Estimate, Status
+from ..estimate.answer import Status
+from ..estimate.estimate import Estimate
 from ..estimate.layout import LINE, SIZED_LINE, WIDE
 from ..estimate.on_area import moved
 from ..estimate.several import TouchSet

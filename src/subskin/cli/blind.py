@@ -192,7 +192,7 @@ def _as_json(file: io.FingerFile, found: BlindCalibration) -> dict[str, Any]:
 
 
 def _left_out(found: BlindCalibration) -> dict[str, int]:
-    from ..estimate.estimate import Status
+    from ..estimate.answer import Status
 
     states = found.touches.status[~found.used]
     counts = np.bincount(states.astype(np.intp), minlength=len(Status))

@@ -116,7 +116,7 @@ class _Single:
         return self if file.finger.array.on_area and self.chosen["touches"] == 1 else self.answer
 
     def __call__(self, readings: Any, **more: Any) -> Any:
-        from ..estimate.estimate import Status
+        from ..estimate.answer import Status
 
         found = self.answer(readings, **more)
         if len(self.left) < _LOOKED_AT:
@@ -125,7 +125,7 @@ class _Single:
 
     def note(self) -> None:
         """Say where two touches explain what one does not."""
-        from ..estimate.estimate import Status
+        from ..estimate.answer import Status
 
         if not self.left:
             return
@@ -149,7 +149,7 @@ def _chosen(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _drawn(plot: Any, columns: dict[str, Any], sensors: Any) -> Any:
-    from ..estimate.estimate import Status
+    from ..estimate.answer import Status
 
     status = np.array([Status[name.upper()] for name in columns["status"]], dtype=np.int8)
     if "truth" in columns:

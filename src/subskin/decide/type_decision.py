@@ -13,8 +13,9 @@ from .. import _check
 from .._check import FloatArray
 from .._shown import Drawing
 from ..errors import InvalidValueError
+from ..estimate.answer import FrameTable, Status
 from ..estimate.area.search import search_of
-from ..estimate.estimate import FrameTable, Status, unit_column
+from ..estimate.estimate import unit_column
 from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind
 from ..estimate.evidence.base import CHI2, LOCAL, LOG_EVIDENCE, LONG, STATUS, Columns
 from ..estimate.locate import row_locator

@@ -1,10 +1,12 @@
 """From readings to the contact that made them, with its uncertainty."""
 
+from .answer import Status
 from .either import Either
-from .estimate import Estimate, Rival, Status
+from .estimate import Estimate, Rival
 from .layout import Layout
 from .locate import fit, locate, locator
 from .pressure import ImageMapper, PressureImage, PressureMap, PressureMapper, pressure_map
+from .resultant import Resultant, ResultantReader, resultant
 from .search import Locator
 from .several import TouchSet
 from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
@@ -18,6 +20,8 @@ __all__ = [
     "PressureImage",
     "PressureMap",
     "PressureMapper",
+    "Resultant",
+    "ResultantReader",
     "Rival",
     "SideAngle",
     "Status",
@@ -27,6 +31,7 @@ __all__ = [
     "locate",
     "locator",
     "pressure_map",
+    "resultant",
     "side_angle",
     "side_angle_from_gradients",
     "side_angle_from_slope",

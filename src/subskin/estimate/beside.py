@@ -22,7 +22,8 @@ from ..prepared import prepared
 from ..radial import tabulate_radial
 from ..response import Response
 from ..skin import in_space
-from .estimate import Estimate, Status
+from .answer import Status
+from .estimate import Estimate
 from .frames import packed
 from .layout import BESIDE, ON_ROW, SIZED_BESIDE, SIZED_ON_ROW
 from .search import OTHERS, Locator

@@ -15,8 +15,9 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._cold import at_once
 from ..errors import GeometryError
+from .answer import OfReadings
 from .beside import OnRowLocator, PointLocator
-from .estimate import Estimate, FrameTable
+from .estimate import Estimate
 from .layout import BESIDE, LINE, ON_ROW
 from .search import Locator
 from .shown import Shown
@@ -35,7 +36,7 @@ _LAYOUTS = (LINE, ON_ROW, BESIDE)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Either(FrameTable):
+class Either(OfReadings):
     """What a row reads as a line load, as a point load on it or beside it, and how probable the point is.
 
     Parameters

@@ -17,7 +17,7 @@ from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError
 from ..prepared import Prepared
 from ..response import Response
-from .estimate import Status
+from .answer import Status
 from .layout import Layout
 
 if TYPE_CHECKING:

@@ -284,7 +284,7 @@ def locate(
         None, beside, None,
     )  # fmt: skip
     found: Estimate | Either = search_with(readings) if doubt is None else search_with(readings, doubt)
-    return found
+    return found.of(finger, readings)
 
 
 def fit(
@@ -358,7 +358,7 @@ def fit(
         finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
         stick, beside, moment,
     )(readings)  # fmt: skip
-    return found
+    return found.of(finger, readings)
 
 
 def _quick(finger: Finger, family: str | Family | LocalFamily | None, *options: Any) -> Any:

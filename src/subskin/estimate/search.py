@@ -17,7 +17,8 @@ from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 from ..response import Response
-from .estimate import Estimate, Status
+from .answer import Status
+from .estimate import Estimate
 from .frames import Framewise, packed, scan_geometry, sensor_rows
 from .layout import LINE, SIZED_LINE, WIDE
 from .settle.uncertain import Uncertain, fill_settled, in_doubt

@@ -14,9 +14,10 @@ from .. import _check
 from .._axes import on_touches, turned_square
 from .._check import FloatArray
 from ..errors import InvalidValueError
+from .answer import FrameTable, Status
 from .area import AreaLocator
 from .area.judge import Settings
-from .estimate import Estimate, FrameTable, Status
+from .estimate import Estimate
 from .frames import Framewise
 from .layout import AREA
 from .shown import Shown

@@ -14,7 +14,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..array import SensorArray
 from ..decide import SlipVerdict
-from ..estimate.estimate import Status
+from ..estimate.answer import Status
 
 if TYPE_CHECKING:
     from ..stream import Tared

@@ -13,7 +13,7 @@ from scipy.special import chdtri
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import SubskinError
-from ..estimate.estimate import Status
+from ..estimate.answer import Status
 from ..estimate.locate import locator
 from ..estimate.search import Locator
 from ..finger import Finger

@@ -15,13 +15,13 @@ from ...contact import PointLoad, RoundContact, RoundHertz
 from ...contact.families import local_family_of
 from ...finger import Finger
 from ...radial_round import tabulate_round
+from ..answer import Status
 from ..area.edge import FEWEST, EdgeModel
 from ..area.judge import Settings
 from ..area.locator import RoundLocator
 from ..area.observable import refuse_blind
 from ..area.round_contact import model_of
 from ..area.search import search_of
-from ..estimate import Status
 from .base import CHI2, LOCAL, LOG_EVIDENCE, STATUS, Weighing
 from .kind import PAIR, STRETCH, Kind
 

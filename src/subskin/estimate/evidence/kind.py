@@ -9,7 +9,7 @@ from ... import _check
 from ...contact import Hertz, LineLoad, LocalContact, PointLoad
 from ...contact.families import Family, LocalFamily, checked_family, family_of, local_families, local_family_of
 from ...errors import InvalidValueError
-from ..estimate import Status
+from ..answer import Status
 
 __all__ = ["NONE", "PAIR", "STRETCH", "Kind"]
 

@@ -14,7 +14,8 @@ from ..._check import FloatArray, read_only
 from ..._shown import Drawing
 from ...array import SensorArray
 from ...loads import force_unit
-from ..estimate import FrameTable, unit_column
+from ..answer import FrameTable
+from ..estimate import unit_column
 from ..frames import patterns
 from ..shown import Shown
 from . import columns as column

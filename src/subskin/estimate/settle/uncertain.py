@@ -15,7 +15,7 @@ from ...array import SensorArray
 from ...finger import Finger
 from ...response import Response
 from ...tolerances import Tolerances
-from ..estimate import Status
+from ..answer import Status
 from ..layout import Layout
 from .given import Errors, SettledColumns, Settling, Variants
 

@@ -21,7 +21,7 @@ from ...contact import LineLoad
 from ...contact.families import Family, family_of
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger, finger_needed
-from ..estimate import Status
+from ..answer import Status
 from .row import LEAST, Changes, Frames, Mask, count_of, known_only, stencil
 
 __all__ = ["MOST_STD", "SideAngle", "side_angle"]

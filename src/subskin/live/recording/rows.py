@@ -11,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...decide import Slip, SlipVerdict
+from ...estimate.answer import Status
 from ...estimate.either import Either
-from ...estimate.estimate import Estimate, Status
+from ...estimate.estimate import Estimate
 from ...io.files import plain
 from ..batch import Batch
 from .layout import COMMAND, DTYPE, EMPTY, EVENT, FRAME, STEP, About, columns_of, contact_of, schema_of, unknowns_of
