@@ -94,7 +94,7 @@ def forces_of(estimate: Estimate, contact: str = "hertz") -> tuple[Forces, BoolA
     checked(estimate)
     at, widest = estimate.layout, estimate.friction
     if at.dim == 2 and not at.twist:
-        shape, table = estimate.shape, estimate.table.reshape(-1, at.columns)
+        shape, table = estimate.shape, estimate.table.reshape(-1, estimate.table.shape[-1])
         mean, covariance = np.empty((len(table), 3)), np.empty((len(table), 3, 3))
         told, edge = np.empty(len(table), dtype=bool), np.empty(len(table), dtype=bool)
         drag_frames(table, _columns(at), widest, mean, covariance, told, edge)

@@ -14,19 +14,21 @@ import numpy as np
 from .._check import FloatArray
 from .._compiled import compiled
 from ._cone_kernel import AMBIGUOUS, CANNOT_TELL, CUT_OFF, EDGE, OK, UNSURE, VERDICT, fill_row, put_judged
-from ._drag_lines import FEW_LINES, LEAST, above, certain, deviate, lines_of, shares
+from ._drag_lines import FEW_LINES, GUESS_LINES, LEAST, above, certain, deviate, lines_of, shares
 
 __all__ = ["DOUBLINGS", "FARTHEST", "drag_frames", "fill_beyond", "fill_levels", "judge_drags"]
 
-_FEW, _SOME, _MANY = 10, 16, 40
+_QUICK, _FEW, _SOME, _MANY = 4, 8, 12, 40
 _NARROW, _BROAD = math.log(1.5), math.log(6.0)
-"""Nodes of the table over log |T| / N, where its ends are no further apart than this, or than this, and else."""
+"""Nodes of the table over log |T| / N: for a first guess, where its ends are no further apart than this, or this, and
+else."""
 _WIDER = 1.15
 """By how much longer a table is made at either end that is looked into more than once."""
 _COARSE = 0.05
 """Part of the table's length up to which two nodes serve in a cell of the density of mu."""
 _TWO, _SEVERAL = (np.stack(np.polynomial.legendre.leggauss(k)) for k in (2, 20))
 _TRIED, DOUBLINGS, _EXACT = 100, 80, 1e-10
+_STEPS, _ENOUGH = 6, 3e-7
 FARTHEST = math.log(1e9)
 """Of the logarithm of |T| / (mu N)."""
 
@@ -40,6 +42,7 @@ def _clenshaw(count: int) -> tuple[FloatArray, FloatArray]:
     return np.cos(angle), matrix
 
 
+_QUICK_POINTS, _QUICK_MATRIX = _clenshaw(_QUICK)
 _FEW_POINTS, _FEW_MATRIX = _clenshaw(_FEW)
 _POINTS, _MATRIX = _clenshaw(_SOME)
 _MANY_POINTS, _MANY_MATRIX = _clenshaw(_MANY)
@@ -50,7 +53,9 @@ def _tabled(mean, c, lines, low, high, table):
     """Fill `table`: logarithms of the ends, how many coefficients, then these, of the deviate over log |T| / N."""
     first, last = math.log(low), math.log(high)
     points, matrix = _MANY_POINTS, _MANY_MATRIX
-    if last - first < _NARROW:
+    if lines[0] == GUESS_LINES[0]:
+        points, matrix = _QUICK_POINTS, _QUICK_MATRIX
+    elif last - first < _NARROW:
         points, matrix = _FEW_POINTS, _FEW_MATRIX
     elif last - first < _BROAD:
         points, matrix = _POINTS, _MATRIX
@@ -181,6 +186,36 @@ def _crossing(start, step, floor, most, by_scale, load, c, lines, edges, masses,
     return a
 
 
+@compiled(exact=True)
+def _near(start, step, floor, most, by_scale, load, c, lines, edges, masses, wanted, table):
+    """As `_crossing`, to 1e-6: from where a guess by few lines has it, along the straight line that it nearly is.
+
+    NaN where this does not get there.
+    """
+    quick = GUESS_LINES
+    x = _crossing(start, step, floor, most, by_scale, load, c, quick, edges, masses, wanted, table)
+    if not floor < x < most:
+        return math.nan
+    apart = 0.1 * step
+    one = _left(x - apart, by_scale, load, c, quick, edges, masses, wanted, table)
+    two = _left(x + apart, by_scale, load, c, quick, edges, masses, wanted, table)
+    slope = (two - one) / (2.0 * apart)
+    table[2], before, f_before = 0.0, x, 0.0
+    for k in range(_STEPS):
+        f = _left(x, by_scale, load, c, lines, edges, masses, wanted, table)
+        if k > 0:
+            slope = (f - f_before) / (x - before)
+        move = -f / slope
+        if not (slope > 0.0 and abs(move) < 4.0 * step):
+            return math.nan
+        # what a step leaves falls with its square, and with that before it
+        error = abs(move) * (abs(move) + (abs(x - before) if k > 0 else step)) / step
+        before, f_before, x = x, f, x + move
+        if error < _ENOUGH * (1.0 if by_scale else abs(x)):
+            return x
+    return math.nan
+
+
 @compiled(exact=True, frames="mean")
 def fill_levels(mean, covariance, edges, masses, wanted, by_scale, out):
     """Where loads slip with the probability `wanted`: at which |T| / (mu N), or at which N instead.
@@ -208,12 +243,19 @@ def fill_levels(mean, covariance, edges, masses, wanted, by_scale, out):
             spread += math.sqrt(c[0, 0]) / max(abs(load[0]), 1e-3 * size)
             start = math.log(size / (middle * load[0])) + asked * spread if load[0] > 0.0 else 0.0
             start = min(max(start, -FARTHEST), FARTHEST)
-            found = _crossing(start, 0.5 * spread, -FARTHEST, FARTHEST, True, load, c, lines, ends, mass, asked, table)
-            out[f] = 0.0 if found == -FARTHEST else math.exp(found)
+            step, least, most = 0.5 * spread, -FARTHEST, FARTHEST
         else:
             start = size / middle * (1.0 + max(asked, 0.0) * spread)
-            most = start * 2.0**DOUBLINGS
-            out[f] = _crossing(start, 0.3 * spread * start, 0.0, most, False, load, c, lines, ends, mass, asked, table)
+            step, least, most = 0.3 * spread * start, 0.0, start * 2.0**DOUBLINGS
+        found = math.nan
+        if area and ends[0] != ends[-1]:  # else there is no table to be made
+            found = _near(start, step, least, most, by_scale, load, c, lines, ends, mass, asked, table)
+            table[2], load[0] = 0.0, mean[f, 0]
+        if math.isnan(found):
+            found = _crossing(start, step, least, most, by_scale, load, c, lines, ends, mass, asked, table)
+        if by_scale:
+            found = 0.0 if found == least else math.exp(found)
+        out[f] = found
 
 
 @compiled(exact=True, frames="table")

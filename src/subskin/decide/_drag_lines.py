@@ -13,9 +13,8 @@ import numpy as np
 
 from .._check import FloatArray
 from .._compiled import compiled
-from ._cone_kernel import SURE
 
-__all__ = ["FEW_LINES", "LEAST", "above", "certain", "deviate", "hermite", "lines_of", "shares"]
+__all__ = ["FEW_LINES", "GUESS_LINES", "LEAST", "above", "certain", "deviate", "hermite", "lines_of", "shares"]
 
 
 def hermite(count: int) -> FloatArray:
@@ -33,7 +32,9 @@ _STRAIGHT, _BENT = 0.05, 0.25
 beyond the second those about the axis."""
 _STEADY = 0.2
 """Errors of the drag over the drag up to which few lines serve along the side."""
-FEW_LINES = (2, _FEW_ALONG, False)
+FEW_LINES, GUESS_LINES = (2, _FEW_ALONG, False), (3, _FEW_ALONG, False)
+_PRESSES = 6.0
+"""Standard deviations from 0 at which lines along the side of the cone do for its tip: what pulls is 1e-9."""
 _LIGHT = 1e-14
 """Weights below which a line is passed over: all of them together are 1e-11."""
 _LOWER, _UPPER, _WIDEST = 7.5, 9.5, 9.0
@@ -59,7 +60,7 @@ def lines_of(mean, c):
     spread = math.sqrt(max(least, 0.0)) + 1e-12 * t
     bend = cc / (spread * t)
     straight = 2 if bend < _STRAIGHT else 1 if bend < _BENT else 0
-    if mean[0] < SURE * math.sqrt(c[0, 0]):
+    if mean[0] < _PRESSES * math.sqrt(c[0, 0]):
         return straight, _MANY_ALONG, True
     return straight, _FEW_ALONG if math.sqrt(c[1, 1] + cc) < _STEADY * t else _ALONG, False
 
@@ -68,7 +69,7 @@ def lines_of(mean, c):
 def shares(mean, c, q, lines):
     """P(|T| > q N), or that it pulls; and the rest, P(|T| < q N): neither by a difference, for both may be small."""
     straight, along, tip = lines
-    across = _FEW_ACROSS if straight == 2 else _ACROSS if straight else _ROUND
+    across = _FEW_ACROSS if straight >= 2 else _ACROSS if straight else _ROUND
     n, t, nn, nt, tt, cc = mean[0], mean[1], c[0, 0], c[0, 1], c[1, 1], c[2, 2]
     # of N, T and the drag across: eta goes along (dn, dt, dc), across the cone's side, xi along (1, lean, 0) rest
     lean = 0.0 if tip else -q if t < 0 else q
