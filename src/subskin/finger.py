@@ -113,7 +113,7 @@ class Finger(Tabled, Noun):
         Whether its forces are multiples of the load of the touches it was calibrated on, which nobody measured, and no
         newtons. `calibrate` says so where it is given no force.
     tolerances : Tolerances, optional
-        How far the finger may be from its drawing. `locate` counts it with the noise, frame by frame
+        How far the finger may be from its drawing. `locate` and `resultant` count it with the noise
         (docs/real_fingers.md); other estimators do not. Without it the finger is exact.
 
     Raises

@@ -17,6 +17,7 @@ from ..estimate.answer import Status
 from ..estimate.estimate import Estimate
 from ..estimate.layout import LINE, SIZED_LINE, WIDE
 from ..estimate.on_area import moved
+from ..estimate.resultant import Resultant
 from ..estimate.several import TouchSet
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading, writing
@@ -203,6 +204,10 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
     elif area := layout is not None and layout.dim == 2:
         found = moved(found, file.origin, file.turn)
     columns = {"row": answers.rows, **found.to_dict()}
+    if isinstance(answers.found, Resultant):
+        columns = {name: values for name, values in columns.items() if not name.startswith("second_")}
+        if area:
+            columns |= {"torsion": answers.found.torsion, "torsion_std": answers.found.torsion_std}
     columns.pop("half_width_std", None)  # the interval says more: readings know the square of a half width
     if width and layout == LINE:
         columns |= dict.fromkeys(("half_width", "half_width_low", "half_width_high"), found.half_width)

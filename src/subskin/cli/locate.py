@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from .._lazy import np
 from ..errors import InvalidValueError, SubskinError
-from .common import give, note_orientation, number, show
+from .common import give, note_orientation, number, refuse_response, show
 from .options import MEANING, command, frames, option
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ _EXAMPLES = """\
   subskin locate calibrated.toml presses.csv -o located.csv --every 2 --skip-used --truth position
   subskin locate finger.toml stream.csv -o located.csv --tare --outliers 1
   subskin locate pad.toml readings.csv -o touches.csv --touches 2
+  subskin locate pad.toml readings.csv -o loads.csv --load resultant
   subskin simulate finger.toml -o - | subskin locate finger.toml - --json
 """
 _NOTES = """\
@@ -31,6 +32,10 @@ while nothing touches the skin, and subtracted.
 """
 
 
+_LOAD = (
+    "what presses on a row ([locate]; else either of a skin in space, or line); resultant, on an area too: the force "
+    "and the centre of whatever presses"
+)
 _LOOKED_AT = 50
 """Unexplained frames in which two touches are looked for, at most."""
 _DRAWN = (("truth", ""), ("position", ""), ("position", "_std"))
@@ -43,7 +48,7 @@ _SHOWN = (
 
 @command(
     _EXAMPLES,
-    option("--load {line,point,either}", "what presses on a row ([locate]; else either of a skin in space, or line)"),
+    option("--load {line,point,either,resultant}", _LOAD),
     option("--beside M", "largest distance beside the row of a point (default: 3 depths)"),
     option("--touches N", "the most touches at once on an area, up to 3 (1)", 1),
     option("--truth NAME", "column of true positions [m] to compare with; on an area two, y,z"),
@@ -111,6 +116,8 @@ class _Single:
 
     def of(self, file: io.FingerFile) -> Any:
         """What answers the frames of a file."""
+        if self.chosen.get("load") == "resultant":
+            return _resultants(file, self.chosen)
         self.file, self.answer = file, file.locator(**self.chosen)
         self.takes_doubt = getattr(self.answer, "takes_doubt", False)
         return self if file.finger.array.on_area and self.chosen["touches"] == 1 else self.answer
@@ -136,6 +143,20 @@ class _Single:
         if count := int(np.isin(two, (Status.OK, Status.AMBIGUOUS)).sum()):
             what = f"two touches at once explain {count} of {len(self.left)} unexplained frames that were looked at"
             print(f"subskin: note: {what}. Fix: --touches 2", file=sys.stderr)
+
+
+def _resultants(file: io.FingerFile, chosen: dict[str, Any]) -> Any:
+    """What answers with resultants."""
+    from ..estimate import ResultantReader
+
+    others = {"outliers": 0, "touches": 1, "load": "resultant"}
+    if chosen != others:
+        said = ", ".join(f"--{name} {value}" for name, value in chosen.items() if value != others.get(name))
+        raise InvalidValueError(
+            f"{said} with --load resultant", "it takes whatever presses for one load", "leave it out"
+        )
+    refuse_response(file, "a resultant")
+    return ResultantReader(file.finger)
 
 
 def _chosen(options: argparse.Namespace) -> dict[str, Any]:

@@ -45,8 +45,8 @@ def least_force(
     Returns
     -------
     ndarray, shape (...)
-        Normal force [N/m], to 1e-10 of itself. Infinite where friction may be 0 with more than this probability; NaN
-        where there is no load to hold, or none was estimated.
+        Normal force [N/m], to 1e-10 of itself; on an area [N], to 1e-6. Infinite where friction may be 0
+        with more than this probability; NaN where there is no load to hold, or none was estimated.
 
     Raises
     ------

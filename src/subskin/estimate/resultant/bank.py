@@ -25,11 +25,11 @@ __all__ = ["Bank", "bank_of"]
 
 _SIZES = np.array([0.15, 0.4, 0.7, 1.0, 1.4, 1.9, 2.6, 3.5, 4.8])
 """Half sizes in depths of the shallowest sensor."""
-_FINE, _COARSE, _SMALL = 0.25, 0.5, 0.5
-"""Steps of the lattice in depths, for pressures of less than this half size and for others.
+_FINE, _COARSE = 0.2, 0.5
+"""Steps of the lattice: in half sizes, at least this many depths, and at most so many depths.
 
-A lattice of point loads half a depth apart reads as an even pressure does, to exp(-4 pi)."""
-_CELL, _BEYOND = 0.5, 1.0
+Point loads half a depth apart read as an even pressure does, to exp(-4 pi)."""
+_CELL, _BEYOND = 0.35, 1.0
 """Sides of a cell, in means of the depth and the half size, and depths beyond the sensors where the last one lies."""
 _DRAWN = 120
 _SHIFT = 1e-3
@@ -45,12 +45,12 @@ _MOST_NUMBERS = 2e7
 class Bank(NamedTuple):
     """Guesses (g,), the sensors (n,) in units of noise, the quantities asked (q,).
 
-    first (g, n): the unit vector along which a guess reads most, for a force that presses; basis (g, k, n) and size
-    (g, k): U and L, the largest first, 0 where there are fewer; told (g, k, q): B U / L; spread (g, q, q): V; chance
-    (g,): logarithm of the cell's area.
+    first (n, g): the unit vector along which a guess reads most, for a force that presses, in short numbers for a quick
+    look; basis (g, k, n) and size (g, k): U and L, the largest first, 0 where there are fewer; told (g, k, q): B U / L;
+    spread (g, q, q): V; chance (g,): logarithm of the cell's area.
     """
 
-    first: FloatArray
+    first: npt.NDArray[np.float32]
     basis: FloatArray
     size: FloatArray
     told: FloatArray
@@ -83,7 +83,7 @@ def _classes(finger: Finger, dim: int, depth: float, n: int) -> Iterator[tuple[f
     while True:
         found = []
         for size in _SIZES:
-            step = depth * (_FINE if size < _SMALL else _COARSE)
+            step = depth * min(_FINE * max(size, 1.0), _COARSE)
             cell = max(round(wider * _CELL * depth * np.sqrt(0.5 + 0.5 * size**2) / step), 1)
             axes = []
             for a, b in zip(low, high, strict=True):
@@ -174,6 +174,6 @@ def _factored(moments: FloatArray, chances: FloatArray, n: int) -> Bank:
     keep = size > _KEPT * size[:, :1]
     told = np.where(keep[..., None], basis @ moments[:, :n, n:], 0.0) / np.where(keep, size, 1.0)[..., None]
     size = np.where(keep, size, 0.0)
-    first = basis[:, 0] * np.sign(told[:, :1, 0])
+    first = (basis[:, 0] * np.sign(told[:, :1, 0])).T.astype(np.float32)
     made = (first, basis, size, told, moments[:, n:, n:], chances)
     return Bank(*(np.ascontiguousarray(part) for part in made))

@@ -18,8 +18,12 @@ __all__ = ["resultant_frames"]
 
 _LOOKED = 32
 """Guesses that are looked at in full."""
+_TRUST = 0.75
+"""Power of the evidence by which guesses weigh: pressures are no Gaussian scatter, and it is too sure."""
 _LEAST = 1e-4
 """Of the largest weight, below which a guess does not count."""
+_UNLIKE = 0.012
+"""Share by which a load may be larger or less as its pressure is unlike all guesses: measured (docs/resultant.md)."""
 _VAGUE = 0.3
 """Standard deviation over the normal force from which an answer is AMBIGUOUS."""
 _LARGE = 1e150
@@ -35,7 +39,14 @@ def resultant_frames(readings, sensors, first, basis, size, told, spread, chance
     wrench: what was asked, and its covariance.
     """
     n, k, q = readings.shape[1], basis.shape[1], told.shape[2]
-    room = (np.empty(n), np.empty((_LOOKED, k)), np.empty((_LOOKED, k)), np.empty((_LOOKED, q)), np.empty(_LOOKED))
+    room = (
+        np.empty(n),
+        np.empty((_LOOKED, k)),
+        np.empty((_LOOKED, k)),
+        np.empty((_LOOKED, q)),
+        np.empty(_LOOKED),
+        np.empty(first.shape[1], np.float32),
+    )
     order, high = np.empty(_LOOKED, np.int64), np.empty(_LOOKED)
     _each(readings, sensors, first, basis, size, told, spread, chance, (most, box, order, high), room, out, wrench)
 
@@ -44,7 +55,7 @@ def resultant_frames(readings, sensors, first, basis, size, told, spread, chance
 def _each(readings, sensors, first, basis, size, told, spread, chance, more, room, out, wrench):
     """Frame by frame, with scratch."""
     most, box, order, high = more
-    w, along, gain, mean, weight = room
+    w, along, gain, mean, weight, quick = room
     status = out.shape[1] - 1
     q = told.shape[2]
     for f in range(readings.shape[0]):
@@ -58,7 +69,7 @@ def _each(readings, sensors, first, basis, size, told, spread, chance, more, roo
         if not total < MOST_CHI2:
             row[status] = _PENDING
             continue
-        left = _left(total, w, first, basis, size, chance, order, high, along, gain, weight)
+        left = _left(total, w, first, basis, size, chance, quick, order, high, along, gain, weight)
         row[_residual(box.shape[0])] = total if math.isinf(left) else left
         if total <= most:
             row[status] = _NO_CONTACT
@@ -80,17 +91,22 @@ def _residual(dim):
 
 
 @compiled()
-def _left(total, w, first, basis, size, chance, order, high, along, gain, weight):
+def _left(total, w, first, basis, size, chance, quick, order, high, along, gain, weight):
     """Weigh the guesses that read most along w (n,); chi-square of the likeliest in its own scatter, or infinity.
 
-    Fills `order` with these guesses, `high` with the squares of their readings along the first direction, `along` and
-    `gain` with readings along each direction and the share of them that is no noise, and `weight`.
+    Fills `quick` with all their readings along the first direction, `order` with these guesses, `high` with the squares
+    of their amplitudes, `along` and `gain` with readings along each direction and the share of them that is no noise,
+    and `weight`.
     """
     n, looked = w.size, 0
-    for g in range(first.shape[0]):
-        here = 0.0
-        for i in range(n):
-            here += first[g, i] * w[i]
+    for g in range(quick.size):
+        quick[g] = 0.0
+    for i in range(n):
+        value, row = np.float32(w[i]), first[i]
+        for g in range(quick.size):
+            quick[g] += row[g] * value
+    for g in range(quick.size):
+        here = quick[g]
         if here <= 0.0 or (looked == order.size and here <= high[looked - 1]):
             continue
         at = looked if looked < order.size else looked - 1
@@ -104,7 +120,10 @@ def _left(total, w, first, basis, size, chance, order, high, along, gain, weight
         weight[c] = -math.inf
     for c in range(looked):
         g = order[c]
-        amplitude2 = high[c] * high[c] / size[g, 0]
+        most = 0.0
+        for i in range(n):
+            most += basis[g, 0, i] * w[i]
+        amplitude2 = most * most / size[g, 0]
         explained, volume, logarithm = 0.0, 1.0, 0.0
         for j in range(size.shape[1]):
             part = 0.0
@@ -121,7 +140,7 @@ def _left(total, w, first, basis, size, chance, order, high, along, gain, weight
         if weight[c] > top:
             top, best = weight[c], max(total - explained, 0.0)
     for c in range(order.size):
-        weight[c] = math.exp(weight[c] - top) if weight[c] > -math.inf else 0.0
+        weight[c] = math.exp(_TRUST * (weight[c] - top)) if weight[c] > -math.inf else 0.0
     return best
 
 
@@ -160,6 +179,9 @@ def _told(order, amplitude2, along, gain, weight, mean, size, told, spread, aske
                     known += gain[c, j] * size[g, j] * told[g, j, a] * told[g, j, b]
                 apart = (mean[c, a] - asked[a]) * (mean[c, b] - asked[b])
                 asked[q + a * q + b] += share * (amplitude2[c] * (spread[g, a, b] - known) + apart)
+    for a in range(q):
+        for b in range(a, q):
+            asked[q + a * q + b] += _UNLIKE * _UNLIKE * asked[a] * asked[b]
     for a in range(q):
         for b in range(a):
             asked[q + a * q + b] = asked[q + b * q + a]

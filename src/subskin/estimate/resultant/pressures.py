@@ -10,7 +10,7 @@ from ..._check import FloatArray
 
 __all__ = ["Tractions", "tractions"]
 
-_LEAN, _TURN = 0.35, 0.25
+_LEAN, _TURN = 0.3, 0.25
 """Standard deviations of a drag and of a moment, in normal forces and in these times the root mean square radius."""
 _SIZES, _ASPECT, _NARROW = 0.2, 0.35, 0.6
 """Of the logarithm of a size, either way; of that of a side over the mean one, its standard deviation and its most."""
@@ -59,7 +59,8 @@ def tractions(size: float, cell: float, dim: int, count: int) -> Tractions:
         radius = np.sqrt(np.einsum("pw,pwd->p", pressure, away**2))
         twist = _TURN * pressure / np.where(radius > 0, radius, np.inf)[:, None]
         values[:, -1, :, 1], values[:, -1, :, 2] = -twist * away[..., 1], twist * away[..., 0]
-    return Tractions(nodes, values)
+    pressed = pressure.any(axis=0)
+    return Tractions(nodes[pressed], values[:, :, pressed])
 
 
 def _pressure(at: FloatArray, size: float, rng: np.random.Generator) -> FloatArray:
