@@ -4,6 +4,7 @@ from . import contact as contact
 from . import decide, design
 from . import errors as errors
 from . import estimate as estimate
+from . import faults as faults
 from . import finger as finger
 from . import io as io
 from . import lattice as lattice
@@ -17,6 +18,7 @@ from . import prepared as prepared
 from . import pressing as pressing
 from . import radial as radial
 from . import radial_round as radial_round
+from . import reader as reader
 from . import report as report
 from . import response as response
 from . import skin as skin

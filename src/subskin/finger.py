@@ -6,8 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +15,7 @@ from . import _check
 from ._check import FloatArray
 from ._declared import Noun
 from ._shown import Drawing, Tabled, many_of, span
+from ._verb import Verb
 from .array import SensorArray
 from .contact import Contact, LineLoad, LocalContact, PointLoad
 from .errors import GeometryError, InvalidValueError
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .estimate.locate import locate as _locate
     from .estimate.locate import locator as _locator
     from .estimate.resultant.resultant import resultant as _resultant
+    from .reader import reader as _reader
     from .response import tabulate as _tabulate
 
 __all__ = ["Finger"]
@@ -60,24 +61,6 @@ class _Group(NamedTuple):
     sensors: list[int] | slice
     felt: Callable[[Contact | LocalContact], State]  # at k sensors and their nodes, (k, nodes)
     weights: FloatArray  # (nodes,)
-
-
-class _Verb:
-    """A function of the public face whose first argument is the finger, as a method: found when it is first asked for.
-
-    So `finger.locate(readings)` is `subskin.locate(finger, readings)`, and the finger knows no estimator.
-    """
-
-    def __init__(self, room: str = "") -> None:
-        self._room = room  # where the function lives, if not at the top
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    def __get__(self, finger: object, owner: type) -> Any:
-        function = getattr(import_module(f"{__package__}{self._room}"), self._name)
-        setattr(owner, self._name, function)  # from now on a method like any other
-        return function.__get__(finger, owner)
 
 
 def _is_foreign(one: object) -> bool:
@@ -151,10 +134,10 @@ class Finger(Tabled, Noun):
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
-        observable, resultant = _observable, _resultant
+        observable, resultant, reader = _observable, _resultant, _reader
     else:
-        tabulate, locator, locate, fit, blind_spots = _Verb(), _Verb(), _Verb(), _Verb(), _Verb()
-        observable, resultant = _Verb(".estimate.area"), _Verb(".estimate")
+        tabulate, locator, locate, fit, blind_spots = Verb(), Verb(), Verb(), Verb(), Verb()
+        observable, resultant, reader = Verb(".estimate.area"), Verb(".estimate"), Verb(".reader")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -279,8 +262,12 @@ class Finger(Tabled, Noun):
         shape = contact.shape
         return self._measured(contact.expand(2) if shape else contact, shape, _check.flag("linear", linear))
 
-    def _measured(self, wide: Contact | LocalContact, shape: tuple[int, ...], linear: bool) -> FloatArray:
-        """As `measure`, of contacts with two axes of length one behind those of their `shape`."""
+    def _measured(
+        self, wide: Contact | LocalContact, shape: tuple[int, ...], linear: bool, axis: int | None = None
+    ) -> FloatArray:
+        """As `measure`, of contacts with two axes of length one behind those of their `shape`; summed over an axis."""
+        if axis is not None:
+            shape = shape[:axis] + shape[axis + 1 :]
         out = np.empty((*shape, np.size(self.array.y)))
         states: dict[Callable[[Contact | LocalContact], State], State] = {}
         for kind, sensors, felt, weights in self._groups[linear]:
@@ -289,7 +276,8 @@ class Finger(Tabled, Noun):
                 if not isinstance(states[felt], State):
                     said = f"{type(self.skin).__name__}.at(...)(contact)"
                     _check.noun(said, states[felt], State, "State(stress, ...)")
-            values = kind.measure(states[felt])
+            state = states[felt] if axis is None or kind.linear else states[felt].summed(axis)
+            values = kind.measure(state) if state is not states[felt] or axis is None else kind.measure(state).sum(axis)
             if _is_foreign(kind):
                 count = out.shape[-1] if isinstance(sensors, slice) else len(sensors)
                 said = f"{type(kind).__name__}.measure"
@@ -297,7 +285,9 @@ class Finger(Tabled, Noun):
             out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
         return out
 
-    def read(self, contact: Contact | LocalContact, rng: np.random.Generator | None = None) -> FloatArray:
+    def read(
+        self, contact: Contact | LocalContact, rng: np.random.Generator | None = None, *, sum_over: int | None = None
+    ) -> FloatArray:
         """Readings of the sensors under `contact`.
 
         Parameters
@@ -306,11 +296,18 @@ class Finger(Tabled, Noun):
             What presses; a batch of shape (...) gives readings of shape (..., n).
         rng : numpy.random.Generator, optional
             Adds each sensor's noise; without it readings are free of noise.
+        sum_over : int, optional
+            An axis of the batch: contacts along it press at once.
 
         Returns
         -------
         ndarray, shape (..., n)
-            Readings, in each sensor's unit times its gain.
+            Readings, in each sensor's unit times its gain; without the axis that was summed over.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            No such axis, or no batch.
 
         Warns
         -----
@@ -319,7 +316,14 @@ class Finger(Tabled, Noun):
         """
         if self._unread:
             self._doubt(contact)
-        return self.array.digitise(self.measure(contact), rng, contact.normal_force if self.array.lifted else 0.0)
+        lift = contact.normal_force if self.array.lifted else np.zeros(())
+        if sum_over is None:
+            return self.array.digitise(self.measure(contact), rng, lift)
+        if not (n := len(shape := contact.shape)):
+            raise GeometryError("a single contact", "sum_over is an axis of a batch of them", "leave it out")
+        axis = _check.whole("sum_over", sum_over, at_least=-n, at_most=n - 1, fix="sum_over=-1") % n
+        measured = self._measured(contact.expand(2), shape, False, axis)
+        return self.array.digitise(measured, rng, np.sum(np.broadcast_to(lift, shape), axis=axis))
 
     @cached_property
     def _unread(self) -> list[bool]:

@@ -216,6 +216,25 @@ class State(Frozen):
             raise InvalidValueError(seen, rule, "a local contact on a HalfSpace or a Layered")
         return self.tilt
 
+    def summed(self, axis: int) -> State:
+        """The state of all that act along an axis of the batch at once, which is counted from the first.
+
+        Parameters
+        ----------
+        axis : int
+            From 0.
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+        >>> two = ss.LineLoad(force=[1.0, 2.0], position=[0.0, 1e-3])
+        >>> both = skin.state(two, x=2e-3, y=0.0).summed(0)
+        >>> bool(np.isclose(both.strain.xx, skin.strain(two, x=2e-3, y=0.0).xx.sum()))
+        True
+        """
+        return Deferred(*(partial(_summed, self, name, axis) for name in ("stress", "strain", "displacement", "tilt")))
+
     @property
     def energy_density(self) -> FloatArray:
         """Strain energy per volume, half of stress : strain [J/m^3].
@@ -231,6 +250,18 @@ class State(Frozen):
         s, e = self.stress, self.strain
         energy = 0.5 * (s.xx * e.xx + s.yy * e.yy + s.zz * e.zz) + s.xy * e.xy
         return energy if s.is_plane or e.is_plane else energy + s.xz * e.xz + s.yz * e.yz
+
+
+def _summed(state: State, name: str, axis: int) -> Any:
+    """A part of a state, each of its components summed over an axis."""
+    part = getattr(state, name)
+    if part is None:
+        return None
+    names = (name for name in ("xx", "yy", "zz", "xy", "xz", "yz", "x", "y", "z") if hasattr(part, name))
+    if isinstance(part, Stress | Strain) and part.is_plane:
+        names = (name for name in ("xx", "yy", "zz", "xy"))
+    whole = np.broadcast_arrays(*(getattr(part, name) for name in names))
+    return _KINDS[name](*(each.sum(axis=axis) for each in whole))
 
 
 class Deferred(State):
@@ -280,6 +311,9 @@ class Deferred(State):
         """How far the material turns [rad]; None where the skin does not say it."""
         found: Callable[[], Tilt | None] | None = self.__dict__["_tilt"]
         return None if found is None else found()
+
+
+_KINDS: dict[str, Any] = {"stress": Stress, "strain": Strain, "displacement": Displacements, "tilt": Tilt}
 
 
 @dataclass(frozen=True, eq=False)

@@ -220,4 +220,15 @@ def _of_disc(disc: Disc) -> Callable[..., Parts]:
 def disc_form(disc: Disc, power: int | None = None) -> Callable[[Any], RealForm]:
     """The real form of a shape as a function of the radius; far away as punches weighed as t^power, or as it is."""
     near, far = _of_disc(disc), None if power is None else _of_disc(_punches(power))
-    return lambda a: RealForm(near, (a,), None if far is None else _FAR * a, far)
+
+    def form(a: Any) -> RealForm:
+        """The real form of a shape on a disc.
+
+        Parameters
+        ----------
+        a : float or array of any namespace
+            Its radius [m].
+        """
+        return RealForm(near, (a,), None if far is None else _FAR * a, far)
+
+    return form

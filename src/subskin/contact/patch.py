@@ -26,6 +26,17 @@ _T, _W = np.polynomial.legendre.leggauss(8)
 _FEW = np.polynomial.legendre.leggauss(4)
 
 
+def _form(a: Any, b: Any) -> RealForm:
+    """The real form of a uniform rectangle.
+
+    Parameters
+    ----------
+    a, b : float or array of any namespace
+        Half widths along y and z [m].
+    """
+    return RealForm(rectangle_parts, (a, b), _FAR_REAL * 0.5 * (a + b + abs(a - b)), _far_parts)
+
+
 @dataclass(frozen=True, eq=False, init=False)
 class Patch(ShapedContact, name="patch"):
     """A rectangle |y'| <= a_y, |z'| <= a_z about `position`, its traction in proportion to a bilinear function.
@@ -76,11 +87,12 @@ class Patch(ShapedContact, name="patch"):
                 out[:, chosen] = family(order, *(v[chosen] for v in (x, y, z, a, b, by_y, by_z, by_yz)))
         return np.asarray(out / size ** (2 + order))
 
+    FORM = staticmethod(_form)
+
     def real_form(self) -> RealForm | None:  # noqa: D102
         if self.slopes.any():
             return None
-        a, b = self.half_widths[..., 0], self.half_widths[..., 1]
-        return RealForm(rectangle_parts, (a, b), _FAR_REAL * np.maximum(a, b), _far_parts)
+        return self.FORM(self.half_widths[..., 0], self.half_widths[..., 1])
 
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:  # noqa: D102
         core = super().unit_core(x, zeta, w, dw)

@@ -198,8 +198,13 @@ class PointLoad(AxialContact, name="point"):
     def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         return point_family(order, x, zeta)
 
-    def real_form(self) -> RealForm:  # noqa: D102
+    @staticmethod
+    def FORM() -> RealForm:
+        """The real form of a point load."""
         return RealForm(point_parts)
+
+    def real_form(self) -> RealForm:  # noqa: D102
+        return self.FORM()
 
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:  # noqa: D102
         return point_core(x, zeta)

@@ -19,8 +19,6 @@ from .shifted import axial_family, punch_core, punches_core, punches_over, sourc
 
 __all__ = ["Cone", "RoundHertz", "RoundPunch"]
 
-_HERTZ = disc_form(hertz_disc, power=2)
-
 
 @dataclass(frozen=True, eq=False, init=False)
 class RoundHertz(RoundContact, name="round_hertz"):
@@ -65,8 +63,10 @@ class RoundHertz(RoundContact, name="round_hertz"):
         """The ratio c / a."""
         return np.asarray(self.stick / self.half_width)
 
+    FORM = staticmethod(disc_form(hertz_disc, power=2))
+
     def real_form(self) -> RealForm | None:  # noqa: D102
-        return None if self.stick.any() else _HERTZ(self.half_width)
+        return None if self.stick.any() else self.FORM(self.half_width)
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         return ring_family(order, x, zeta, np.zeros(()))
@@ -190,9 +190,6 @@ def _hertz_family(order: int, x: FloatArray, zeta: ComplexArray, a: FloatArray) 
     return np.asarray(family / a ** (2 + order))
 
 
-_PUNCH = disc_form(punch_disc)
-
-
 @dataclass(frozen=True, eq=False, init=False)
 class RoundPunch(RoundContact, name="round_punch"):
     """A rigid flat disc on the skin: pressure N / (2 pi a sqrt(a^2 - r^2)).
@@ -208,8 +205,10 @@ class RoundPunch(RoundContact, name="round_punch"):
     (159154.943, inf)
     """
 
+    FORM = staticmethod(disc_form(punch_disc))
+
     def real_form(self) -> RealForm | None:  # noqa: D102
-        return _PUNCH(self.half_width)
+        return self.FORM(self.half_width)
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         r = np.abs(zeta)
@@ -236,8 +235,6 @@ class RoundPunch(RoundContact, name="round_punch"):
         return np.asarray(np.abs(self._zeta(y, z)) == self.half_width)
 
 
-_CONE = disc_form(cone_disc, power=1)
-
 _FAR = 2.0
 
 
@@ -255,8 +252,10 @@ class Cone(RoundContact, name="cone"):
     [419200.7, 0.0]
     """
 
+    FORM = staticmethod(disc_form(cone_disc, power=1))
+
     def real_form(self) -> RealForm | None:  # noqa: D102
-        return _CONE(self.half_width)
+        return self.FORM(self.half_width)
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         x, zeta = np.broadcast_arrays(x, zeta)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import Field, dataclass, fields
 from functools import cache
 from inspect import Parameter, Signature, signature
@@ -239,6 +240,9 @@ class ShapedContact(LocalContact, Noun):
             For m = 0 ... 3 [1/m^(2 + order)], of order -1 for m = 0 ... 2; None without a closed form.
         """
         return None
+
+    FORM: ClassVar[Callable[..., RealForm] | None] = None
+    """The real form of its sizes, numbers or arrays of any namespace; None where there is none."""
 
     def real_form(self) -> RealForm | None:
         """W_0 and Re(tau* W_1) of the shape as real functions, of which pressure and strain along x are made.

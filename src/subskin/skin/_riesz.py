@@ -21,6 +21,7 @@ from ..contact.kernels import RealForm
 from ..material import Material
 from ..tensor import Displacements, Strain, Stress
 from ._points import blank_local
+from .along import strain_along, stress_along, trace_of
 
 __all__ = [
     "DeferredStrain",
@@ -82,21 +83,6 @@ class DeferredStrain(_Deferred, Strain):
 # Points of one block: its temporaries then stay in the second-level cache.
 _BLOCK = 1024
 _BATCH = 1 << 12
-
-
-def stress_along(w: Any, xw: Any, xh: Any) -> Any:
-    """s_xx [Pa] from W_0, x W_0' of the pressure and x h' of the drag; arrays of any namespace, as below."""
-    return xw - w - xh
-
-
-def strain_along(w: Any, xw: Any, h: Any, xh: Any, nu: float) -> Any:
-    """2 G eps_xx [Pa], h = Re W_1 of the drag."""
-    return xw - (1 - 2 * nu) * w - 2 * nu * h - xh
-
-
-def trace_of(w: Any, h: Any, nu: float) -> Any:
-    """The sum of the normal stresses [Pa]."""
-    return 2 * (1 + nu) * (h - w)
 
 
 class Fields(NamedTuple):
