@@ -4,7 +4,7 @@
 
 Strain gauges 2.5 mm deep in a half space, 4 mm apart on 4 x 4 and 3 mm on 8 x 8, E = 0.4 MPa, noise 2e-4. Each pressure
 has 4 N, a half size of 0.4 to 2.4 depths, its middle anywhere between the sensors, and a drag of up to half of its
-force. None of the sorts is drawn as `estimate/resultant/pressures.py` draws. Forces are those of the pressures' nodes,
+force. None of the sorts is drawn as `estimate/resultants/pressures.py` draws. Forces are those of the pressures' nodes,
 a fifth of a depth apart. `--images`: how many of each sort the pressure image answers too.
 
 Pads are squares of half side 1 to 9 mm whose middles lie up to 3 mm from that of the 4 x 4 sensors; every other one

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from .estimate.locate import fit as _fit
     from .estimate.locate import locate as _locate
     from .estimate.locate import locator as _locator
-    from .estimate.resultant.resultant import resultant as _resultant
+    from .estimate.resultants.resultant import resultant as _resultant
     from .reader import reader as _reader
     from .response import tabulate as _tabulate
 

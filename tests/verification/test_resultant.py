@@ -11,9 +11,9 @@ import subskin as ss
 from subskin.decide import Friction, least_force, slip
 from subskin.errors import InvalidValueError
 from subskin.estimate import Resultant, ResultantReader
-from subskin.estimate.resultant.bank import Bank, bank_of
-from subskin.estimate.resultant.kernel import resultant_frames
-from subskin.estimate.resultant.pressures import tractions
+from subskin.estimate.resultants.bank import Bank, bank_of
+from subskin.estimate.resultants.kernel import resultant_frames
+from subskin.estimate.resultants.pressures import tractions
 from subskin.transducer import ShearStrain
 
 DEPTH = 2.5e-3

@@ -17,7 +17,7 @@ from ..estimate.answer import Status
 from ..estimate.estimate import Estimate
 from ..estimate.layout import LINE, SIZED_LINE, WIDE
 from ..estimate.on_area import moved
-from ..estimate.resultant import Resultant
+from ..estimate.resultants import Resultant
 from ..estimate.several import TouchSet
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading, writing

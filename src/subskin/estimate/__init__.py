@@ -6,7 +6,7 @@ from .estimate import Estimate, Rival
 from .layout import Layout
 from .locate import fit, locate, locator
 from .pressure import ImageMapper, PressureImage, PressureMap, PressureMapper, pressure_map
-from .resultant import Resultant, ResultantReader, resultant
+from .resultants import Resultant, ResultantReader, resultant
 from .search import Locator
 from .several import TouchSet
 from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
