@@ -39,7 +39,8 @@ _KEPT = 1e-11
 _MOST = 64
 """Directions in which the readings of a guess scatter."""
 _MOST_NUMBERS = 2e7
-"""Of a bank: 160 MB. Where there are more sensors cells are larger."""
+"""Of a bank: 160 MB. Where there are more sensors cells are larger, up to so many times."""
+_WIDEST = 100.0
 
 
 class Bank(NamedTuple):
@@ -65,14 +66,16 @@ def bank_of(finger: Finger, pattern: npt.NDArray[np.bool_], noise: FloatArray) -
     """
     dim = 2 if finger.array.on_area else 1
     depth, drawn = float(np.asarray(finger.array.depth).min()), _Fields(finger, pattern, noise)
-    parts, chances = [], []
+    parts: list[tuple[FloatArray, ...]] = []
+    chances = []
     for step, cell, some, centres in _classes(finger, dim, depth, noise.size):
         # of each cell, nodes and components by sensors and questions; loads of all pressures, by nodes and components
         loads = some.values.reshape(-1, some.values.shape[2] * (dim + 1)) / np.sqrt(len(some.values))
         for one in drawn.of(some, centres, step):
-            parts.append(drawn.moments(loads @ one))
+            parts.append(_factored(drawn.moments(loads @ one), noise.size))
             chances.append(dim * np.log(cell * step))
-    return _factored(np.stack(parts), np.array(chances), noise.size)
+    first, *rest = (np.ascontiguousarray(np.stack(each)) for each in zip(*parts, strict=True))
+    return Bank._make((np.ascontiguousarray(first.T.astype(np.float32)), *rest, np.array(chances)))
 
 
 def _classes(finger: Finger, dim: int, depth: float, n: int) -> Iterator[tuple[float, int, Tractions, FloatArray]]:
@@ -91,7 +94,7 @@ def _classes(finger: Finger, dim: int, depth: float, n: int) -> Iterator[tuple[f
                 axes.append(0.5 * (a + b) + cell * step * (np.arange(count) - 0.5 * (count - 1)))
             centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, dim)
             found.append((float(size), step, cell, centres))
-        if sum(len(centres) for *_, centres in found) * n * min(n, _MOST) <= _MOST_NUMBERS:
+        if sum(len(centres) for *_, centres in found) * n * min(n, _MOST) <= _MOST_NUMBERS or wider > _WIDEST:
             break
         wider *= 1.25
     for size, step, cell, centres in found:
@@ -109,8 +112,8 @@ class _Fields:
             self._gain = self._told.of("gain", sensors)[pattern]
             self._moved = (self._told.of("position", sensors) * np.asarray(finger.array.depth))[pattern]
 
-    def of(self, some: Tractions, centres: FloatArray, step: float) -> FloatArray:
-        """At the nodes of each cell, (cells, w (d + 1), n + q); with tolerances n more for each that may be off."""
+    def of(self, some: Tractions, centres: FloatArray, step: float) -> Iterator[FloatArray]:
+        """At the nodes of each cell, (w (d + 1), n + q); with tolerances n more for each that may be off."""
         dim = centres.shape[1]
         whole = np.round((centres - centres[0]) / step).astype(np.intp)
         nodes = some.nodes.astype(np.intp)
@@ -126,8 +129,9 @@ class _Fields:
                 slope = (self._read(self._finger, at + move) - self._read(self._finger, at - move)) / (2 * shift)
                 every.append(slope * self._moved)
         where = np.ravel_multi_index(tuple((whole[:, None] + nodes - least).T), tuple(shape)).T
-        cells = np.concatenate(every, axis=2)[where]
-        return np.asarray(cells.reshape(len(centres), len(nodes) * (dim + 1), -1))
+        table = np.concatenate(every, axis=2)
+        for one in where:
+            yield table[one].reshape(len(nodes) * (dim + 1), -1)
 
     def _read(self, finger: Finger, at: FloatArray) -> FloatArray:
         """At positions (m, d), (m, d + 1, n)."""
@@ -167,13 +171,15 @@ def _asked(at: FloatArray) -> FloatArray:
     return out
 
 
-def _factored(moments: FloatArray, chances: FloatArray, n: int) -> Bank:
-    """A bank of second moments (g, n + q, n + q)."""
-    size, basis = np.linalg.eigh(moments[:, :n, :n])
-    size, basis = size[:, : -_MOST - 1 : -1], np.swapaxes(basis, 1, 2)[:, : -_MOST - 1 : -1]
-    keep = size > _KEPT * size[:, :1]
-    told = np.where(keep[..., None], basis @ moments[:, :n, n:], 0.0) / np.where(keep, size, 1.0)[..., None]
-    size = np.where(keep, size, 0.0)
-    first = (basis[:, 0] * np.sign(told[:, :1, 0])).T.astype(np.float32)
-    made = (first, basis, size, told, moments[:, n:, n:], chances)
-    return Bank(*(np.ascontiguousarray(part) for part in made))
+def _factored(moments: FloatArray, n: int) -> tuple[FloatArray, ...]:
+    """Of second moments (n + q, n + q) the first direction (n,), and basis, size, told and spread of a `Bank`."""
+    if n <= _MOST:
+        size, basis = np.linalg.eigh(moments[:n, :n])
+    else:
+        from scipy.linalg import eigh
+
+        size, basis = eigh(moments[:n, :n], subset_by_index=[n - _MOST, n - 1])
+    size, basis = size[::-1], basis.T[::-1]
+    keep = size > _KEPT * size[0]
+    told = np.where(keep[:, None], basis @ moments[:n, n:], 0.0) / np.where(keep, size, 1.0)[:, None]
+    return basis[0] * np.sign(told[0, 0]), basis, np.where(keep, size, 0.0), told, moments[n:, n:]
