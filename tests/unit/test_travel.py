@@ -176,6 +176,8 @@ def test_caches_are_bounded():
 
 # in a program of its own: this one may hold the threads of a library to learn with, which no fork takes along
 POOL = """
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 import subskin as ss
 
 
