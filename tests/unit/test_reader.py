@@ -78,11 +78,12 @@ def test_readings_are_those_of_the_finger(name, lib):
 
 @pytest.mark.parametrize("lib", ["numpy", "jax", "torch"])
 def test_tables_are_those_of_the_finger(lib):
-    """Layers, and sensors of shear: of point and of line loads."""
+    """Layers, sensors of shear, and a round finger: of point and of line loads."""
     given, out = library(lib)
     area = ss.Finger(LAYER, ss.SensorArray.grid((3, 3), 3e-3, 3e-3, transducer=ShearStrain("xz"), gain=2.0, offset=0.1))
     row = ss.Finger(LAYER, ss.SensorArray.line(6, 1.5e-3, 2e-3, gain=2.0, offset=0.1))
-    for finger, name in ((area, "point"), (row, "line")):
+    about = ss.Finger(ss.Round(RUBBER, 5e-3, 2.5e-3), ss.SensorArray.line(6, 1.5e-3, 1.5e-3, gain=2.0, offset=0.1))
+    for finger, name in ((area, "point"), (row, "line"), (about, "line")):
         loads, contact = loads_of(name, np.random.default_rng(2), far=1.0)
         read = finger.reader(lib, contact=name)
         assert read.skin == {}

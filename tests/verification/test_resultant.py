@@ -106,6 +106,23 @@ def test_a_row_of_long_contacts():
     assert ((np.abs(z) < 1.96).mean(axis=0) > 0.93).all()
 
 
+def test_a_round_finger_is_gone_about_once():
+    """Guesses reach farther than half way round; the table of a round finger does not."""
+    finger = ss.Finger(
+        ss.Round(ss.Material(0.4e6, 0.48), 5e-3, 2.5e-3), ss.SensorArray.line(7, 1.5e-3, 1.5e-3, noise=2e-4)
+    )
+    rng = np.random.default_rng(6)
+    touch = ss.Hertz(
+        force=40.0, angle=rng.uniform(-0.3, 0.3, 30), position=rng.uniform(-3e-3, 3e-3, 30), half_width=1e-3
+    )
+    found = finger.resultant(finger.read(touch, rng))
+    ok = found.status == ss.Status.OK
+    off = (found.components[:, 0] - touch.normal_force)[ok]
+    assert ok.mean() > 0.8
+    assert np.median(np.abs(off)) < 1.5
+    assert (np.abs(off) < 1.96 * np.sqrt(found.load.covariance[ok, 1, 1])).mean() > 0.9
+
+
 def test_moments_are_those_of_the_load(square):
     """About the origin: z N about y, -y N about z, and the drag's arm about x."""
     touch = ss.Patch(components=[4.0, 0.5, -0.8], position=(2e-3, -1e-3), half_widths=(2e-3, 1.5e-3))

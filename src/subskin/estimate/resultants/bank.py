@@ -139,8 +139,13 @@ class _Fields:
             away = float(np.abs(at[:, None] - finger.array.points).max())
             every = tabulate_radial(finger, 1.5 * away)(at)
         else:
-            more = float(np.asarray(finger.array.depth).min())
-            every = tabulate(finger, (float(at.min()) - more, float(at.max()) + more))(at[:, 0])
+            more, y = float(np.asarray(finger.array.depth).min()), at[:, 0]
+            low, high, about = float(y.min()) - more, float(y.max()) + more, finger.skin.period
+            if high - low > about:  # once about a round finger
+                middle = float(np.mean(np.asarray(finger.array.y)))
+                low, high = middle - 0.5 * about, middle + 0.5 * about
+                y = low + np.mod(y - low, about)
+            every = tabulate(finger, (low, high))(y)
         return np.asarray(np.swapaxes(every[:, self._pattern] / self._noise[:, None], 1, 2))
 
     def moments(self, loads: FloatArray) -> FloatArray:
