@@ -16,7 +16,15 @@ import pytest
 import subskin as ss
 from subskin.contact import Cone, FlatPunch, Hertz, PointLoad, RoundHertz
 from subskin.errors import FileError, InvalidValueError, WorkersError
-from subskin.io import cost_of_touches, load_touches, parse_finger, parse_touches, save_touches, shards_done
+from subskin.io import (
+    cost_of_touches,
+    load_touches,
+    parse_finger,
+    parse_touches,
+    save_touches,
+    shards_done,
+    write_touches,
+)
 from subskin.synthetic import FAULTS, ContactShare, RandomTouches
 
 from .._commands import subskin
@@ -347,3 +355,34 @@ def test_killed_at_any_moment(file, tmp_path):
     for name, data in whole(tmp_path / "whole.zarr").items():
         if not name.endswith("zarr.json"):
             assert (tmp_path / "killed.zarr" / name).read_bytes() == data, name
+
+
+@pytest.mark.parametrize("ending", ["parquet", "csv"])
+def test_one_table_holds_the_touches_of_the_store(file, tmp_path, ending):
+    """Each in its row, however the shards come out of the threads; readings, parameters, and names of the labels."""
+    told = []
+    write_touches(file, tmp_path / f"touches.{ending}", workers=3, progress=told.append)
+    assert sum(told) == 2500
+    table = ss.io.read_table(tmp_path / f"touches.{ending}")
+    shards = [file.touches.shard_of(k) for k in range(file.touches.shards)]
+    readings, parameters, labels = (np.concatenate(each) for each in zip(*shards, strict=True))
+    single = {"rtol": 1e-6, "atol": 1e-12}
+    found = np.stack([table.numbers(name) for name in file.finger.names], axis=-1)
+    np.testing.assert_allclose(found, readings, **single)
+    found = np.stack([table.numbers(name) for name in file.touches.parameters], axis=-1)
+    np.testing.assert_allclose(found, parameters, **single)
+    assert [str(v) for v in table.texts("contact")] == [("line", "hertz")[k] for k in labels[:, 0]]
+    assert [str(v) for v in table.texts("fault")] == [FAULTS[k] for k in labels[:, 1]]
+    sensors = [*file.finger.names, ""]
+    assert [str(v) for v in table.texts("faulty_sensor")] == [sensors[k] for k in labels[:, 2]]
+
+
+def test_the_command_writes_a_table(tmp_path):
+    (tmp_path / "finger.toml").write_text(FINGER)
+    (tmp_path / "touches.toml").write_text(TOUCHES)
+    run = subskin("touches", tmp_path / "touches.toml", "-o", tmp_path / "touches.parquet")
+    assert run.code == 0, run.err
+    assert "2500 touches, 4 sensors -> " in run.out
+    refused = subskin("touches", tmp_path / "touches.toml", "-o", tmp_path / "missing" / "touches.csv")
+    assert refused.code != 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["finger.toml", "touches.parquet", "touches.toml"]

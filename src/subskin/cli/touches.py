@@ -20,19 +20,24 @@ _EXAMPLES = """\
   subskin touches touches.toml --plan                  # touches, shards, bytes and core-hours; nothing is written
   subskin touches touches.toml -o touches.zarr         # the same command goes on where it was stopped
   subskin touches touches.toml -o touches.zarr --dask tcp://host:8786
+  subskin touches touches.toml -o touches.parquet      # one table, begun anew where it was stopped
 
   xarray.open_zarr("touches.zarr")                     # in Python: readings, parameters, labels, done
 """
 _NOTES = """\
 Draws contacts at random, as touches.toml says, and writes readings and what made them, in shards of a seed each: the
-same file gives the same bits, whoever computes it. Needs pip install "subskin[touches]".
+same file gives the same bits, whoever computes it. Needs pip install "subskin[touches]"; a table .parquet needs
+"subskin[parquet]".
 """
+
+
+_TABLES = (".parquet", ".pq", ".csv")
 
 
 @command(
     _EXAMPLES,
     option("touches?", "touches.toml"),
-    option("-o --out DIR", "the Zarr store, a folder, as touches.zarr"),
+    option("-o --out FILE", "the Zarr store, a folder, as touches.zarr; or one table, .parquet or .csv"),
     option("--plan", "say what all of it will cost, from the first shard, and stop"),
     option("--workers N", "shards computed at a time (one for each core)", type=int),
     DASK,
@@ -60,9 +65,16 @@ def run_touches(options: argparse.Namespace) -> int:
     touches, start = file.touches, time.monotonic()
     try:
         with cluster(options) as executor, progress_bar("touches", touches.count) as advance:
-            made = io.save_touches(file, options.out, executor=executor, workers=options.workers, progress=advance)
+            if options.out.lower().endswith(_TABLES):
+                if executor is not None:
+                    seen, rule = f"--dask with -o {options.out}", "workers write into a Zarr store, shard by shard"
+                    raise InvalidValueError(seen, rule, "-o touches.zarr")
+                io.write_touches(file, options.out, workers=options.workers, progress=advance)
+                made: Any = range(touches.shards)
+            else:
+                made = io.save_touches(file, options.out, executor=executor, workers=options.workers, progress=advance)
     except KeyboardInterrupt:
-        if not Path(options.out).exists():
+        if not Path(options.out).is_dir():
             raise
         done = int(io.shards_done(options.out).sum())
         kept = f"{done} of {touches.shards} shards are in {options.out}"

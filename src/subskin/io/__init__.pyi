@@ -5,7 +5,7 @@ from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
 from .kept_arrays import FolderStore
 from .tables import Table, TableReader, TableWriter, read_table, reading, write_table, writing
-from .touch_store import TouchesCost, cost_of_touches, save_touches, shards_done
+from .touch_store import TouchesCost, cost_of_touches, save_touches, shards_done, write_touches
 from .touches_file import TouchesFile, load_touches, parse_touches
 from .units import format_quantity, quantity
 
@@ -40,5 +40,6 @@ __all__ = [
     "with_orientation",
     "with_relaxation",
     "write_table",
+    "write_touches",
     "writing",
 ]

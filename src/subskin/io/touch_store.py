@@ -21,9 +21,10 @@ from .._tasks import Executor, run_tasks
 from ..errors import FileError, WorkersError
 from ..synthetic import FAULTS, RandomTouches, TouchShard
 from .files import check_target, needed, path_of, umask
+from .tables import writing
 from .touches_file import CHUNK, TouchesFile
 
-__all__ = ["TouchesCost", "cost_of_touches", "save_touches", "shards_done"]
+__all__ = ["TouchesCost", "cost_of_touches", "save_touches", "shards_done", "write_touches"]
 
 _ORDER = ("parameters", "labels", "readings")
 """In which the arrays of a shard are written."""
@@ -138,6 +139,64 @@ def save_touches(
     for left in target.rglob("*.partial"):  # of a process that was killed
         left.unlink(missing_ok=True)
     return missing
+
+
+def write_touches(
+    file: TouchesFile, path: str | Path, *, workers: int | None = None, progress: Callable[[int], object] | None = None
+) -> None:
+    r"""Compute the touches of `file` into one table: Parquet (.parquet, .pq), or CSV (any other).
+
+    A row for each touch: the readings by the names of the sensors, the parameters, and `contact`, `fault` and
+    `faulty_sensor`, a name or empty. The table appears whole or not at all; what is stopped begins anew. The touches
+    are those of `save_touches`.
+
+    Parameters
+    ----------
+    file : TouchesFile
+        The touches.
+    path : path-like
+        The table.
+    workers : int, optional
+        How many threads; as many as there are cores if left out.
+    progress : callable, optional
+        Called with the number of touches that have been written since the last call.
+
+    Raises
+    ------
+    FileError
+        The table cannot be written; Parquet without pyarrow.
+
+    Examples
+    --------
+    >>> import tempfile, subskin as ss
+    >>> finger = ss.io.parse_finger("skin = {young = 4e5}\nsensors = {count = 4, pitch = 2e-3, depth = 2e-3}")
+    >>> text = 'finger = "f"\ntouches = 30\nload = {force = 40}\ncontact = [{family = "line"}]'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_touches(ss.io.parse_touches(text, finger=finger), f"{folder}/touches.csv")
+    ...     ss.io.read_table(f"{folder}/touches.csv").texts("contact")[:2]
+    ['line', 'line']
+    """
+    _check.noun("file", file, TouchesFile, 'io.load_touches("touches.toml")')
+    touches, waiting, names = file.touches, dict[int, TouchShard](), np.array([*file.finger.names, ""], dtype=object)
+    families, faults = (np.array(each, dtype=object) for each in ([c.family for c in touches.contacts], FAULTS))
+    number = np.float32 if file.precision == "single" else np.float64
+    with writing(path) as table:
+        written = 0
+
+        def keep(k: int, shard: TouchShard) -> None:
+            nonlocal written
+            waiting[k] = shard
+            while written in waiting:  # in their order
+                readings, parameters, labels = waiting.pop(written)
+                numbers = zip((*file.finger.names, *touches.parameters), (*readings.T, *parameters.T), strict=True)
+                columns = {name: values.astype(number) for name, values in numbers}
+                columns |= {"contact": families[labels[:, 0]], "fault": faults[labels[:, 1]]}
+                table.write(columns | {"faulty_sensor": names[labels[:, 2]]})
+                written += 1
+                if progress is not None:
+                    progress(len(labels))
+
+        run_tasks([partial(touches.shard_of, k) for k in range(touches.shards)], keep, workers=workers)
 
 
 def shards_done(path: str | Path) -> npt.NDArray[np.bool_]:
