@@ -196,14 +196,16 @@ def main() -> None:
     show("Pads on 4 x 4", ["half side", "signal/noise", "bound N %", *head[1:]], rows, told.json)
     rows = []
     friction = ss.decide.Friction.between(0.4, 0.8)
-    for sensors, pitch in ((4, 4e-3), (8, 3e-3)):
+    for sensors, pitch in ((4, 4e-3), (8, 3e-3), (16, 2e-3)):
         tip = finger(sensors, pitch)
         touches = ss.Patch(
             force=np.full(30, FORCE), angle=np.full(30, 0.2), position=rng.uniform(-3e-3, 3e-3, (30, 2)),
             half_widths=rng.uniform(1e-3, 4e-3, (30, 2)),
         )  # fmt: skip
         readings = tip.read(touches, rng)
-        reader, found = ss.estimate.ResultantReader(tip).warm_up(), [tip.resultant(r) for r in readings]
+        start = perf_counter()
+        reader = ss.estimate.ResultantReader(tip).warm_up()
+        made, found = perf_counter() - start, [tip.resultant(r) for r in readings]
         ss.decide.slip(found[0], friction), ss.decide.least_force(found[0], friction)
         spent = [
             [time_of(partial(reader, r)) for r in readings],
@@ -213,8 +215,9 @@ def main() -> None:
         image = ss.estimate.ImageMapper(tip)
         image(readings[0])
         spent.append([time_of(partial(image, r), 1) for r in readings[:3]])
-        rows.append([f"{sensors} x {sensors}", *(f"{np.median(each):.0f}" for each in spent)])
-    show("One frame, us", ["", "resultant", "slip", "least_force", "pressure image"], rows, told.json)
+        rows.append([f"{sensors} x {sensors}", *(f"{np.median(each):.0f}" for each in spent), f"{made:.1f}"])
+    head = ["", "resultant", "slip", "least_force", "pressure image", "preparation [s]"]
+    show("One frame, us", head, rows, told.json)
 
 
 if __name__ == "__main__":

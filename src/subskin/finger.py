@@ -266,8 +266,7 @@ class Finger(Tabled, Noun):
         self, wide: Contact | LocalContact, shape: tuple[int, ...], linear: bool, axis: int | None = None
     ) -> FloatArray:
         """As `measure`, of contacts with two axes of length one behind those of their `shape`; summed over an axis."""
-        if axis is not None:
-            shape = shape[:axis] + shape[axis + 1 :]
+        shape = shape if axis is None else shape[:axis] + shape[axis + 1 :]
         out = np.empty((*shape, np.size(self.array.y)))
         states: dict[Callable[[Contact | LocalContact], State], State] = {}
         for kind, sensors, felt, weights in self._groups[linear]:
@@ -276,8 +275,11 @@ class Finger(Tabled, Noun):
                 if not isinstance(states[felt], State):
                     said = f"{type(self.skin).__name__}.at(...)(contact)"
                     _check.noun(said, states[felt], State, "State(stress, ...)")
-            state = states[felt] if axis is None or kind.linear else states[felt].summed(axis)
-            values = kind.measure(state) if state is not states[felt] or axis is None else kind.measure(state).sum(axis)
+            if axis is None or kind.linear:
+                values = kind.measure(states[felt])
+                values = values if axis is None else values.sum(axis)
+            else:
+                values = kind.measure(states[felt].summed(axis))
             if _is_foreign(kind):
                 count = out.shape[-1] if isinstance(sensors, slice) else len(sensors)
                 said = f"{type(kind).__name__}.measure"

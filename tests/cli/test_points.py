@@ -177,3 +177,21 @@ def test_a_row_is_calibrated_by_points(tmp_path, monkeypatch, subskin):
     blind = subskin("calibrate", "--blind", "row.toml", "row.csv", "--load", "line")
     assert blind.code == 2
     assert "--load" in blind.err
+
+
+def test_the_load_of_whatever_presses(tables, subskin):
+    """Positions on the axes of the tables, torsion of an area, no rival; and what does not go with it."""
+    for name, columns in (("row", {"position"}), ("area", {"position_y", "position_z", "torsion", "torsion_std"})):
+        run = subskin("locate", f"{name}.toml", f"{name}.csv", "--load", "resultant", "-o", "loads.csv")
+        assert run.code == 0, run.err
+        table, file = ss.io.read_table("loads.csv"), ss.load(f"{name}.toml")
+        assert columns <= set(table.columns)
+        assert not [column for column in table.columns if column.startswith("second")]
+    read = ss.io.read_table("area.csv")
+    wanted = file.finger.resultant(np.stack([read.numbers(name) for name in file.names], axis=-1))
+    np.testing.assert_allclose(table.numbers("force"), wanted.force, rtol=1e-9)
+    np.testing.assert_allclose(table.numbers("torsion"), wanted.torsion, rtol=1e-9, atol=1e-18)
+    for more in (("--touches", "2"), ("--outliers", "1")):
+        run = subskin("locate", "area.toml", "area.csv", "--load", "resultant", *more)
+        assert run.code != 0
+        assert "Fix: leave it out" in run.err

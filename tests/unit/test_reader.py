@@ -269,3 +269,9 @@ def test_what_cannot_be_read_is_refused():
 def test_an_import_draws_in_no_library_to_learn_with():
     said = "import sys, subskin as ss; ss.Finger; assert not {'jax', 'torch', 'array_api_compat'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", said], check=True)
+
+
+def test_a_library_that_is_not_there_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "array_api_compat.torch", None)
+    with pytest.raises(ModuleNotFoundError, match=r'pip install "subskin\[torch\]"'):
+        ROW.reader("torch")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -218,6 +219,31 @@ def test_an_estimate_knows_the_resultant_of_its_readings(square):
     row = ss.Finger(ss.HalfSpace(RUBBER), ss.SensorArray.line(8, 1.5e-3, 2e-3, noise=2e-4))
     rolled = row.locate(row.read(ss.Hertz(force=40.0, half_width=1e-3)))
     assert rolled.resultant.force == pytest.approx(40.0, rel=0.03)
+
+
+def test_a_calibrated_finger_widens_all_errors():
+    """By its spread at the centre; and no frame of a finger without trust is OK."""
+    row = ss.Finger(ss.HalfPlane(RUBBER), ss.SensorArray.line(8, 1.5e-3, 2e-3, noise=2e-4))
+    readings = row.read(ss.Hertz(force=40.0, position=1e-3, half_width=1e-3))
+    spread = ss.spread.Spread([-4e-3, 4e-3], straight=[1.0, 1.0], leaning=[2.0, 4.0])
+    plain = row.resultant(readings)
+    wide = replace(row, spread=spread).resultant(readings)
+    ratio = float(spread.at(plain.centre)) ** 2
+    assert ratio > 6
+    np.testing.assert_allclose(wide.load.covariance, ratio * plain.load.covariance, rtol=1e-12)
+    assert wide.moments_covariance == pytest.approx(ratio * plain.moments_covariance)
+    with pytest.warns(ss.errors.ValidityWarning, match="no frame"):
+        doubted = replace(row, trusted=False).resultant(readings)
+    assert ss.Status(doubted.status) == ss.Status.AMBIGUOUS
+
+
+def test_what_a_person_and_a_table_get(square):
+    found = square.resultant(square.read(ss.Patch(force=4.0, half_widths=(2e-3, 2e-3))))
+    assert repr(found).startswith("Resultant(OK, position y")
+    assert "torsion" in repr(found)
+    columns = found.to_dict()
+    assert columns["torsion_std"] == found.torsion_std
+    assert not [name for name in columns if name.startswith("second")]
 
 
 def test_slip_and_grip_of_a_resultant(square):

@@ -19,10 +19,11 @@ from .either import Either, EitherLocator
 from .estimate import Estimate
 from .on_area import area_locator, refuse, refuse_tolerances, several_locator
 from .on_row import point_locator, usual
-from .search import Locator, beyond, reached
+from .search import Locator
 from .settle.row import on_row
 from .several import SeveralLocator, TouchSet, checked_touches
 from .stick_locator import StickLocator, checked_stick
+from .stretches import beyond, reached
 
 __all__ = ["fit", "locate", "locator"]
 

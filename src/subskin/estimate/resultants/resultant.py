@@ -13,6 +13,7 @@ from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger, finger_needed
 from ...prepared import prepared
+from ...spread import Spread
 from ..area.search import search_of
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
@@ -141,8 +142,10 @@ class ResultantReader(Framewise):
         self.unknowns, self._finger = 2 * d + 1, finger
         q = self.unknowns + (d > 1)
         super().__init__(
-            finger.array, needed=self.unknowns, columns=self.layout.columns + q * (q + 1), status=self.layout.status
+            finger.array, needed=self.unknowns, columns=self.layout.columns + q * (q + 1), status=self.layout.status,
+            layout=self.layout,
         )  # fmt: skip
+        self._square = self.layout.columns + q
         self._box = np.ascontiguousarray(search_of(finger.array, None)[0][:d])
         self.allow_for(finger, 1.0)
 
@@ -185,6 +188,13 @@ class ResultantReader(Framewise):
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         columns = self.layout.columns
         self._compiled(frames, *arrays, out[:, :columns], out[:, columns:])
+
+    def _allow(
+        self, out: FloatArray, spread: Spread | None, friction: float, trusted: bool, doubted: FloatArray | float
+    ) -> None:
+        super()._allow(out, spread, friction, trusted, doubted)
+        if spread is not None:
+            out[:, self._square :] *= spread.at(out[:, :1], friction) ** 2
 
 
 def resultant(finger: Finger, readings: npt.ArrayLike) -> Resultant:
