@@ -76,6 +76,23 @@ def test_readings_are_those_of_the_finger(name, lib):
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 * np.abs(wanted - 0.1).max())
 
 
+@pytest.mark.parametrize("name", ["patch", "round_hertz", "cone", "hertz", "strip"])
+def test_far_loads_keep_their_digits(name):
+    """Hundreds of half widths away, where closed forms cancel, to digits of their own small readings."""
+    parts = np.array([1.0, 0.3, 0.2])
+    sizes = {"half_widths": np.array([0.3e-3, 0.4e-3])} if name == "patch" else {"half_width": np.array(0.3e-3)}
+    if name in LOCAL:
+        loads = {"components": parts, "position": np.array([0.12, 0.05]), **sizes}
+        contact = LOCAL[name][0](**loads)
+    else:
+        loads = {"components": parts[:2], "position": np.array(0.15), **sizes}
+        force, angle = np.hypot(1.0, 0.3), np.arctan2(0.3, 1.0)
+        contact = LONG[name][0](force=force, angle=angle, position=0.15, half_width=0.3e-3)
+    finger = finger_of(name, ss.NormalStrain())
+    finger = replace(finger, array=replace(finger.array, offset=0.0))
+    np.testing.assert_allclose(finger.reader(contact=name)(loads), finger.read(contact), rtol=1e-10)
+
+
 @pytest.mark.parametrize("lib", ["numpy", "jax", "torch"])
 def test_tables_are_those_of_the_finger(lib):
     """Layers, sensors of shear, and a round finger: of point and of line loads."""

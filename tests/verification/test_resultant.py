@@ -122,6 +122,10 @@ def test_a_round_finger_is_gone_about_once():
     assert ok.mean() > 0.8
     assert np.median(np.abs(off)) < 1.5
     assert (np.abs(off) < 1.96 * np.sqrt(found.load.covariance[ok, 1, 1])).mean() > 0.9
+    # no pressure of force 1 reads more than a line load right above the sensor
+    bank = bank_of(finger, np.ones(7, dtype=bool), np.asarray(finger.array.noise))
+    most = np.abs(finger.receptive_field(finger.array.y)).max() / 2e-4
+    assert bank.size[:, 0].max() < 7 * (1 + 0.3**2) * (1.5 * most) ** 2
 
 
 def test_moments_are_those_of_the_load(square):
@@ -362,6 +366,64 @@ def test_second_moments_are_those_of_the_pressures():
     np.testing.assert_allclose(np.einsum("k,ki,k->i", bank.size[0], bank.basis[0], bank.told[0, :, 0]), b, rtol=1e-6)
     assert bank.spread[0, 0, 0] == pytest.approx(1.0)
     assert bank.chance[0] == pytest.approx(2 * np.log(step))
+
+
+def of_guess(bank, guess=0):
+    """Second moments of the readings of a guess, as it keeps them."""
+    return np.einsum("k,ki,kj->ij", bank.size[guess], bank.basis[guess], bank.basis[guess])
+
+
+@pytest.mark.parametrize("what", ["gain", "depth", "position", "poisson"])
+def test_what_a_tolerance_adds_to_second_moments(what):
+    """Written out for the smallest guess: a share in common, the rest each sensor's own."""
+    told = ss.Tolerances(**{what: 0.04}, common=0.3)
+    plain = pad(ss.HalfSpace(ss.Material(0.4e6, 0.4)), (2, 2))
+    noise, every = np.asarray(plain.array.noise), np.ones(4, dtype=bool)
+    known, exact = (bank_of(f, every, noise) for f in (replace(plain, tolerances=told), plain))
+    added = of_guess(known) - of_guess(exact)
+    some, step = tractions(0.15 / 0.2, 1, 2, 120), 0.2 * DEPTH
+    first = -0.5 * step * (int(np.ceil((4e-3 + 2 * DEPTH) / step)) - 1)
+    at = np.array([first, first]) + some.nodes * step
+
+    def read(finger, at=at):
+        return np.einsum("plwc,wnc->pln", some.values, finger.receptive_field(at) / noise[:, None]).reshape(-1, 4)
+
+    base = read(plain)
+    if what == "gain":
+        changes = [0.04 * base]
+    elif what == "depth":
+        changes = [read(replace(plain, array=replace(plain.array, depth=1.04 * DEPTH))) - base]
+    elif what == "poisson":
+        changes = [read(replace(plain, skin=ss.HalfSpace(ss.Material(0.4e6, 0.36)))) - base]
+    else:
+        h = 1e-6
+        moves = h * np.eye(2)
+        changes = [0.04 * DEPTH * (read(plain, at + move) - read(plain, at - move)) / (2 * h) for move in moves]
+    common = {"poisson": 1.0, "position": 0.0}.get(what, 0.3)
+    wanted = sum(common * c.T @ c + (1 - common) * np.diag((c**2).sum(axis=0)) for c in changes) / 120
+    np.testing.assert_allclose(added, wanted, rtol=1e-4, atol=1e-6 * np.abs(wanted).max())
+
+
+def test_a_moment_turns_and_does_not_push():
+    """Of each pressure: no force of the twist, and a torsion of a quarter of the root mean square radius."""
+    nodes, values = tractions(3.0, 1.0, 2, 30)
+    pressure, twist = values[:, 0, :, 0], values[:, -1]
+    np.testing.assert_allclose(twist.sum(axis=1), 0.0, atol=1e-12)
+    away = nodes - (pressure @ nodes)[:, None]
+    radius = np.sqrt((pressure[..., None] * away**2).sum(axis=(1, 2)))
+    torsion = (away[..., 0] * twist[..., 2] - away[..., 1] * twist[..., 1]).sum(axis=1)
+    np.testing.assert_allclose(torsion, 0.25 * radius, rtol=1e-9)
+
+
+def test_the_error_of_torsion_is_that_of_draws(square):
+    touch = ss.Patch(components=[4.0, 1.0, -0.8], position=(3e-3, -2e-3), half_widths=(2e-3, 1.5e-3))
+    found = square.resultant(square.read(touch))
+    mean, covariance = found._asked
+    some = np.random.default_rng(0).multivariate_normal(mean, 1e-4 * covariance, 100_000)
+    n, along, across, by_y, by_z, about = some.T
+    torsion = about - by_y / n * across + by_z / n * along
+    assert torsion.mean() == pytest.approx(found.torsion, abs=1e-3 * found.torsion_std)
+    assert 100 * torsion.std() == pytest.approx(found.torsion_std, rel=0.02)
 
 
 def test_a_response_in_place_is_refused():
