@@ -122,10 +122,22 @@ def test_a_round_finger_is_gone_about_once():
     assert ok.mean() > 0.8
     assert np.median(np.abs(off)) < 1.5
     assert (np.abs(off) < 1.96 * np.sqrt(found.load.covariance[ok, 1, 1])).mean() > 0.9
-    # no pressure of force 1 reads more than a line load right above the sensor
-    bank = bank_of(finger, np.ones(7, dtype=bool), np.asarray(finger.array.noise))
-    most = np.abs(finger.receptive_field(finger.array.y)).max() / 2e-4
-    assert bank.size[:, 0].max() < 7 * (1 + 0.3**2) * (1.5 * most) ** 2
+
+
+def test_the_widest_guess_goes_about_a_round_finger_once():
+    """Its second moments from loads read one by one, on a finger that is less far about than a guess is wide."""
+    depth = 0.9e-3
+    row = ss.SensorArray.line(7, 0.4e-3, depth, noise=2e-4)
+    finger = ss.Finger(ss.Round(ss.Material(0.4e6, 0.48), 2e-3, 1e-3), row)
+    bank = bank_of(finger, np.ones(7, dtype=bool), np.asarray(row.noise))
+    step = 0.5 * depth
+    some = tractions(4.8 / 0.5, 2, 1, 120)
+    count = int(np.ceil((6 * 0.4e-3 + 2 * depth) / (2 * step)))
+    at = step * (count - 1) + some.nodes[:, 0] * step
+    assert np.ptp(at) + 2 * step * (count - 1) > finger.skin.period
+    fields = finger.receptive_field(at) / 2e-4  # of any position about the finger
+    read = np.einsum("plwc,wnc->pln", some.values, fields).reshape(-1, 7)
+    np.testing.assert_allclose(of_guess(bank, -1), read.T @ read / 120, rtol=1e-5, atol=1e-7 * (read**2).mean())
 
 
 def test_moments_are_those_of_the_load(square):
@@ -424,6 +436,14 @@ def test_the_error_of_torsion_is_that_of_draws(square):
     torsion = about - by_y / n * across + by_z / n * along
     assert torsion.mean() == pytest.approx(found.torsion, abs=1e-3 * found.torsion_std)
     assert 100 * torsion.std() == pytest.approx(found.torsion_std, rel=0.02)
+    for way in np.random.default_rng(1).standard_normal((5, 6)) * np.sqrt(
+        np.diag(covariance)
+    ):  # all errors go together
+        table = found.table.copy()
+        table[..., -36:] = np.outer(way, way).ravel()
+        alone = Resultant(table, found.used, np.inf, found.unknowns, found.layout)
+        one, two = ((q := mean + sign * 1e-6 * way)[5] - (q[3] * q[2] - q[4] * q[1]) / q[0] for sign in (1, -1))
+        assert alone.torsion_std == pytest.approx(abs(one - two) / 2e-6, rel=1e-4)
 
 
 def test_a_response_in_place_is_refused():
