@@ -50,7 +50,7 @@ _CONE, _DISC, _BALL = 6**0.5, 3**0.5, 5**0.5
 """On an area, half width over the root of the second moment along one direction: a^2/6, a^2/3, a^2/5."""
 _LAST = 0.6
 """Where the sides end there."""
-_LONG, _BAR = (0.6, 2.0), (5 / 3) ** 0.5
+_LONG, _BAR = (0.6, 2.0), 2**-0.5
 """Half lengths of an edge there, in depths; its largest half width over the least of these: then the second moment
 along it is at least twice that across."""
 _LOCAL_KINDS = (
@@ -75,7 +75,7 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and an edge, equally
     likely; none of these, two fifths as likely, half of it two touches. A vertex is narrower than a sphere of half
     width 0.45, a disc of 0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
-    An edge is at least 1.4 times as long as wide: its half length is 0.6 to 2, its half width at most 0.77, its
+    An edge is at least 1.4 times as long as wide: its half length is 0.6 to 2, its half width at most 0.42, its
     direction any.
 
     Examples

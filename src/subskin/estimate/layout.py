@@ -14,8 +14,10 @@ from .._frozen import Frozen
 __all__ = [
     "AREA",
     "BESIDE",
+    "LEANING",
     "LINE",
     "ON_ROW",
+    "PATCH",
     "ROUND",
     "SIZED",
     "SIZED_BESIDE",
@@ -48,6 +50,10 @@ class Layout(Frozen):
         Whether a moment about the normal [N m] is among the unknowns.
     sized : bool
         Whether the last column is the half width [m] of the touch that was taken, 0 of a point.
+    sides : bool
+        Whether it is a rectangle: with half its sides, nearest y and nearest z, and its turn.
+    leaning : bool
+        Whether its slopes along these are among the unknowns.
 
     Examples
     --------
@@ -60,6 +66,8 @@ class Layout(Frozen):
     aside: bool = False
     twist: bool = False
     sized: bool = False
+    sides: bool = False
+    leaning: bool = False
     record: np.dtype[np.void] = field(init=False)
     """The same columns as fields, which compiled loops fill by name: `layout.named(table)`."""
     components: int = field(init=False)
@@ -76,6 +84,7 @@ class Layout(Frozen):
     def __post_init__(self) -> None:
         contact = ["y", "n", "t"] if self.dim == 1 else ["y", "z", "n", "ty", "tz"]
         contact += ["half_width"] * self.wide + ["moment"] * self.twist
+        contact += ["half_y", "half_z", "turn"] * self.sides + ["slope_y", "slope_z"] * self.leaning
         k = len(contact)
         fields = [*contact, "covariance", *["low", "high"] * self.wide, "residual"]
         fields += [*(f"rival_{name}" for name in contact), "rival_chi2", "status", *["size"] * self.sized]
@@ -132,7 +141,8 @@ ROUND, TWIST = Layout(dim=2, wide=True), Layout(dim=2, wide=True, twist=True)
 SIZED, SIZED_LINE = Layout(dim=2, sized=True), Layout(sized=True)
 ON_ROW, SIZED_ON_ROW = Layout(aside=True), Layout(aside=True, sized=True)
 SIZED_BESIDE = Layout(wide=True, aside=True, sized=True)
+PATCH, LEANING = Layout(dim=2, sides=True), Layout(dim=2, sides=True, leaning=True)
 """Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, of one
 that twists as well; of a point load or a round touch where a point does not explain the readings, and of a line load or
 a roller's contact likewise; of a point load on a row, and of a ball's contact there, or beside it,
-likewise."""
+likewise; of a patch, and of one whose pressure is linear."""

@@ -24,7 +24,7 @@ from ..varpro import Limits
 from .far import INNER, far_from, nodes_of
 from .judge import Beyond, Settings, plain
 from .observable import least_told_apart
-from .point import PointModel, laid_out, model_of
+from .point import PointModel, model_of, tabulated
 from .round_contact import tables_of
 from .round_project import RoundSearch
 from .search import step_of
@@ -192,13 +192,8 @@ class AreaLocator(LocalLocator):
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
-        array, response = self.array.select(pattern), self.response.select(pattern).separate()
-        table, error = response.cubics()
-        series = response.series() if response.pair is not None else None
-        if series is not None:  # one cell holds all distances
-            table, error = series[0][None, None], series[1]
-        table, terms, cells = laid_out(response, table)
-        model = model_of(response, np.asarray(array.noise), cells, table, terms)
+        array, response = self.array.select(pattern), self.response.select(pattern)
+        model, error = tabulated(response, array)
         seen = self._seen(lambda: self.response, pattern)
         points, box, away = self.array.points, np.array(self.search), INNER * self._depth
         inner = np.stack([points.min(axis=0) - away, points.max(axis=0) + away], axis=-1)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._compiled import compiled
+from ...array import SensorArray
 from ...radial import RadialResponse
 from ..varpro import kernel
 
@@ -76,6 +77,24 @@ def model_of(
     first = np.append(response.kind * cells, cells - 1).astype(np.int64)
     terms, none = np.ascontiguousarray(terms).astype(np.int64), np.empty((0, 0))
     return PointModel(np.ascontiguousarray(sensors), first, table, terms, none, none.view(np.int64))
+
+
+def tabulated(response: RadialResponse, array: SensorArray) -> tuple[PointModel, float]:
+    """What the sensors of `array` read by a response, without the loop's scratch; and the error of its tables."""
+    response = response.separate()
+    table, error = response.cubics()
+    series = response.series() if response.pair is not None else None
+    if series is not None:  # one cell holds all distances
+        table, error = series[0][None, None], series[1]
+    table, terms, cells = laid_out(response, table)
+    return model_of(response, np.asarray(array.noise), cells, table, terms), error
+
+
+@compiled(inline=True)
+def in_room(model, n):
+    """A `PointModel` that came without its names and scratch, with scratch for n sensors."""
+    rows = np.empty((ROWS, n + 1))
+    return PointModel(*model[:4], rows, rows.view(np.int64))
 
 
 @compiled(inline=True)

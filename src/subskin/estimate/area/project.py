@@ -39,7 +39,7 @@ from .judge import (
     unsure,
 )  # fmt: skip
 from .moments import FEW_SENSORS, moments
-from .point import FIT, ROWS, Point, PointModel, climb, covariance
+from .point import FIT, Point, climb, covariance, in_room
 from .scan import by_strongest, taken, whitened
 from .tiles import Tiles
 
@@ -261,13 +261,6 @@ def named_settings(settings):
 def named_beyond(beyond):
     """What is beyond, that came without its names."""
     return Beyond(Tiles(*beyond[0]), *beyond[1:])
-
-
-@compiled(inline=True)
-def in_room(model, n):
-    """A `PointModel` that came without its names and scratch, with scratch for n sensors."""
-    rows = np.empty((ROWS, n + 1))
-    return PointModel(*model[:4], rows, rows.view(np.int64))
 
 
 @compiled(inline=True)

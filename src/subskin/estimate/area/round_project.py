@@ -21,9 +21,9 @@ from ..layout import AREA, TWIST
 from ..varpro import Ending
 from .fall import look_round, widest_variance
 from .judge import FINE, MOST, Search, Settings, is_broad, tops_of, unsure
-from .point import Point, PointModel, covariance
+from .point import Point, PointModel, covariance, in_room
 from .point import climb as climb_point
-from .project import FEW, MOST_CHI2, in_room, named_beyond, named_settings, room_of
+from .project import FEW, MOST_CHI2, named_beyond, named_settings, room_of
 from .round_contact import FIT, MOMENT, RoundAt, RoundModel, at_width, climb, keep, project
 from .round_contact import in_room as contact_in_room
 from .round_judge import (

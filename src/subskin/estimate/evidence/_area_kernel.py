@@ -15,15 +15,19 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..area import edge, round_contact
-from ..area.edge import EdgeAt, EdgeModel
-from ..area.round_contact import RoundAt, in_room
+from ..area import rectangle, round_contact
+from ..area.point import in_room
+from ..area.rectangle import RectangleAt, RectangleModel
+from ..area.round_contact import RoundAt
+from ..area.round_contact import in_room as contact_in_room
 from ..cone import cofactors
 from ..varpro import Ending, Limits
 from ._integrals import LOG_2PI, add
 
-climb_edge, keep_edge, edge_information, project_edge = edge.climb, edge.keep, edge.information, edge.project
-EDGE_FIT, EDGE_ROWS, ROUND_FIT = edge.FIT, edge.ROWS, round_contact.FIT
+climb_edge, keep_edge, edge_information, project_edge = (
+    rectangle.climb, rectangle.keep, rectangle.information, rectangle.project
+)  # fmt: skip
+EDGE_FIT, EDGE_ROWS, ROUND_FIT = rectangle.FIT, rectangle.ROWS, round_contact.FIT
 climb_round, keep_round, round_information = round_contact.climb, round_contact.keep, round_contact.information
 
 WEIGHED = np.dtype(
@@ -42,8 +46,8 @@ WEIGHED = np.dtype(
 FOUND = np.dtype((np.record, [(name, float) for name in ("y", "z", "half_width", "direction", "length")]))
 """A contact near by: NaN where there is none, or no direction and length where it is no edge."""
 
-UNKNOWNS = len(EdgeAt._fields)
-_TURN, _LENGTH, _SQUARE = (EdgeAt._fields.index(name) for name in ("direction", "length", "q"))
+UNKNOWNS = len(RectangleAt._fields)
+_TURN, _LENGTH, _SQUARE = (RectangleAt._fields.index(name) for name in ("direction", "length", "q"))
 _LEAST, _MOST = (2 * RoundAt._fields.index("q") + side for side in range(2))
 _SHORTEST, _LONGEST = 2 * _LENGTH, 2 * _LENGTH + 1
 _NARROWEST, _WIDEST = 2 * _SQUARE, 2 * _SQUARE + 1
@@ -114,7 +118,7 @@ def weigh_round(frames, found, model, mu, box, ratio, rule, out):
     of y, z and q; ratio: of the kind's half width to that one, where their readings are most alike; rule (2, nodes):
     Gauss and Legendre's nodes and weights on (0, 1).
     """
-    model, limits, held, (nodes, weights) = in_room(model), Limits(mu, 0.0, math.inf), box.copy(), rule
+    model, limits, held, (nodes, weights) = contact_in_room(model), Limits(mu, 0.0, math.inf), box.copy(), rule
     fits = np.empty(3, ROUND_FIT)
     best, fit, trial, least, most = fits[0], fits[1], fits[2], box[_LEAST], box[_MOST]
     for f in range(frames.shape[0]):
@@ -175,21 +179,22 @@ def _told(fit, whole, box, m, told):
     The width and the length are held where they are at an end of the box; the direction is never freer than any.
     whole: of all; m: scratch.
     """
-    at, order, e = EdgeAt(fit.y, fit.z, fit.direction, fit.length, fit.q), (0, 1, _TURN, _SQUARE, _LENGTH), 0
+    order, e = (0, 1, _TURN, _SQUARE, _LENGTH), 0  # the pressure does not lean
+    at = (fit.y, fit.z, fit.direction, fit.length, fit.q)
     for j in range(UNKNOWNS):
         for k in range(j, UNKNOWNS):
             m[j, k] = m[k, j] = whole[e]
             e += 1
-    for p in range(UNKNOWNS):
+    for p in range(len(order)):
         j = order[p]
         told[j] = max(m[j, j], 1e-300)
         if j > _TURN and (at[j] <= box[2 * j] or at[j] >= box[2 * j + 1]):
             continue
         over = 1.0 / (told[j] + (_FREE if j == _TURN else 0.0))
-        for e in range(p + 1, UNKNOWNS):
+        for e in range(p + 1, len(order)):
             i = order[e]
             ratio = m[i, j] * over
-            for d in range(p + 1, UNKNOWNS):
+            for d in range(p + 1, len(order)):
                 m[i, order[d]] -= ratio * m[j, order[d]]
 
 
@@ -239,13 +244,13 @@ def _best_top(w, model, limits, box, y, z, tops, scan):
         scan[p, 0] = -1.0
         for length in range(2):
             long = low + (0.2 + 0.5 * length) * (high - low)
-            project_edge(w, model, limits, EdgeAt(y, z, math.pi * p / _TURNS, long, q), tops[3])
+            project_edge(w, model, limits, RectangleAt(y, z, math.pi * p / _TURNS, long, q, 0.0, 0.0), tops[3])
             if tops[3].explained > scan[p, 0]:
                 scan[p, 0], scan[p, 1] = tops[3].explained, long
     tops[0].explained = -1.0
     for _ in range(_TOPS):
         p = np.argmax(scan[:, 0])
-        start = EdgeAt(y, z, math.pi * p / _TURNS, scan[p, 1], q)
+        start = RectangleAt(y, z, math.pi * p / _TURNS, scan[p, 1], q, 0.0, 0.0)
         climb_edge(w, model, limits, box, start, _FINE, tops[1], tops[3])
         if tops[1].explained > tops[0].explained:
             keep_edge(tops[1], tops[0])
@@ -261,18 +266,18 @@ def _over_lengths(w, model, limits, box, rule, fits, m, told):
     total, mean, square = -math.inf, 0.0, 0.0
     for side in range(2):
         _, to = _reach(best.length, best.by_length, long, low, high, side)
-        before, last = best.length, EdgeAt(best.y, best.z, best.direction, best.length, best.q)
+        before, last = best.length, RectangleAt(best.y, best.z, best.direction, best.length, best.q, 0.0, 0.0)
         start = last
         for k in range(nodes.size if to != best.length else 0):
             here = held[_SHORTEST] = held[_LONGEST] = best.length + (to - best.length) * nodes[k]
             climb_edge(w, model, limits, held, start, _FINE, fit, trial)
             log, turn, variance = _at_length(fit, held, limits.friction, rule, m, told)
-            now = EdgeAt(fit.y, fit.z, fit.direction, fit.length, fit.q)
+            now = RectangleAt(fit.y, fit.z, fit.direction, fit.length, fit.q, 0.0, 0.0)
             on = (best.length + (to - best.length) * nodes[min(k + 1, nodes.size - 1)] - here) / (here - before)
-            start = EdgeAt(  # on along the valley
+            start = RectangleAt(  # on along the valley
                 now.y + on * (now.y - last.y), now.z + on * (now.z - last.z),
                 now.direction + on * (now.direction - last.direction), now.length + on * (now.length - last.length),
-                now.q + on * (now.q - last.q),
+                now.q + on * (now.q - last.q), 0.0, 0.0,
             )  # fmt: skip
             before, last, turn = here, now, turn - best.direction
             log += math.log(weights[k] * abs(to - best.length) / (high - low))
@@ -288,11 +293,12 @@ def _over_lengths(w, model, limits, box, rule, fits, m, told):
 def weigh_edge(frames, found, model, mu, box, floor, rule, out):
     """Fill out (f,) as `weigh_round` does.
 
-    model: as of `edge`, without its scratch; box (10,): ends of its unknowns; floor (f,): log of another kind's
+    model: a `RectangleModel` without its scratch; box (14,): ends of its unknowns; floor (f,): log of another kind's
     evidence.
     """
-    contact, limits, n = in_room(model.contact), Limits(mu, 0.0, math.inf), frames.shape[1]
-    mine = EdgeModel(contact, model.rules, model.depth, model.digits, np.empty((EDGE_ROWS, n)))
+    limits, n = Limits(mu, 0.0, math.inf), frames.shape[1]
+    points, rows = in_room(model.points, n), np.empty((EDGE_ROWS, n))
+    mine = RectangleModel(points, model.along, model.across, model.depth, 0.0, rows)
     fits, told, scan = np.empty(4, EDGE_FIT), np.empty(UNKNOWNS), np.empty((_TURNS, 2))
     m, best, low, high = np.empty((UNKNOWNS, UNKNOWNS)), fits[0], box[_SHORTEST], box[_LONGEST]
     for f in range(frames.shape[0]):
@@ -301,7 +307,7 @@ def weigh_edge(frames, found, model, mu, box, floor, rule, out):
         if not math.isfinite(near.y):
             continue
         if math.isfinite(near.length):
-            at = EdgeAt(near.y, near.z, near.direction, near.length, box[_NARROWEST])
+            at = RectangleAt(near.y, near.z, near.direction, near.length, box[_NARROWEST], 0.0, 0.0)
             climb_edge(w, mine, limits, box, at, _FINE, best, fits[3])
         else:
             _best_top(w, mine, limits, box, near.y, near.z, fits, scan)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,12 +13,14 @@ from ...array import SensorArray
 from ...contact import PointLoad, RoundContact, RoundHertz
 from ...contact.families import local_family_of
 from ...finger import Finger
+from ...radial import tabulate_radial
 from ...radial_round import tabulate_round
 from ..answer import Status
-from ..area.edge import FEWEST, EdgeModel
 from ..area.judge import Settings
 from ..area.locator import RoundLocator
 from ..area.observable import refuse_blind
+from ..area.point import PointModel, tabulated
+from ..area.rectangle import RectangleModel, rules
 from ..area.round_contact import model_of
 from ..area.search import search_of
 from .base import CHI2, LOCAL, LOG_EVIDENCE, STATUS, Weighing
@@ -40,8 +41,6 @@ _BEYOND = 0.5
 """Depths beyond the outermost sensors up to which contacts are, if nothing else is said."""
 _LARGEST = 1e100
 """Noises: what reads more is unexplained as well, and sums of squares stay finite."""
-_RULE_ERROR = _WIDTH_ERROR = 3e-5
-"""Error of the rule along an edge, as a share of the reading; and what is left of higher powers of its half width."""
 _NARROW = 0.1
 """Depths up to which half widths of edges are looked at in any case."""
 
@@ -106,9 +105,10 @@ class AreaEvidence(Weighing):
         radius = np.sqrt(2.0) * max(float(np.abs(array.points - corner).max()) for corner in self._box.T)
         radius += max(kind.half_length[1] for kind in self.kinds)
         widest = max(1.5 * depth, *(kind.half_width[1] for kind in self.kinds))
-        every: set[type[RoundContact]] = {RoundHertz, *self._families}
+        every = {RoundHertz, *(kind for kind in self._families if kind is not None)}
         tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in every}
-        self._tables = [tables[kind] for kind in self._families]
+        points = tabulate_radial(finger, radius + max(kind.half_width[1] for kind in self.kinds))
+        self._tables: list[Any] = [points if kind is None else tables[kind] for kind in self._families]
         (y, z) = (tuple(ends) for ends in self._box.tolist())
         widths = (0.0, widest)
         self._first = _Loose(tables[RoundHertz], array, (y, z), widths, friction=friction, false_alarm=false_alarm)
@@ -121,12 +121,13 @@ class AreaEvidence(Weighing):
 
         array, spare = self.array.select(pattern), self._spare(int(pattern.sum()))
         models: list[Any] = []
-        edges: list[EdgeModel] = []
+        edges: list[RectangleModel] = []
         for j, table in enumerate(self._tables):
-            models.append(model_of(table.select(pattern), array))
             if self._kind(j).family == STRETCH:
-                models[j] = _edge_model(models[j], self._shallowest, self._kind(j))
-                edges.append(models[j])
+                edges.append(_edge_model(tabulated(table.select(pattern), array)[0], self._shallowest, self._kind(j)))
+                models.append(edges[-1])
+            else:
+                models.append(model_of(table.select(pattern), array))
         most = np.array([float(chdtri(max(k, 1), self._false_alarm)) for k in spare])
         pairs = _pair_models(edges[0]) if edges and self._none >= 0 else []
         return array, pattern, models, pairs, np.maximum(spare, 0), most
@@ -137,7 +138,7 @@ class AreaEvidence(Weighing):
         array: SensorArray,
         pattern: npt.NDArray[np.bool_],
         models: list[Any],
-        pairs: list[EdgeModel],
+        pairs: list[RectangleModel],
         spare: npt.NDArray[np.intp],
         most: FloatArray,
         out: FloatArray,
@@ -190,9 +191,10 @@ class AreaEvidence(Weighing):
         out[:, STATUS] = np.where(usable, status, -1)
 
     def _box_of(self, kind: Kind) -> FloatArray:
-        """Ends of the unknowns of a kind: y, z, of an edge direction and half length, and the half width's square."""
-        turned = (-np.inf, np.inf, *kind.half_length) if kind.family == STRETCH else ()
-        return np.array([*self._box.reshape(-1), *turned, *np.square(kind.half_width)])
+        """Ends of the unknowns of a kind: y, z, and the half width's square; of an edge as in `RectangleAt`."""
+        of_edge = kind.family == STRETCH
+        turned, even = ((-np.inf, np.inf, *kind.half_length), np.zeros(4)) if of_edge else ((), ())
+        return np.array([*self._box.reshape(-1), *turned, *np.square(kind.half_width), *even])
 
     def _of_none(
         self, evidence: FloatArray, chi2: FloatArray, power: FloatArray, spare: npt.NDArray[np.intp]
@@ -209,7 +211,7 @@ class AreaEvidence(Weighing):
         here = (evidence + share)[..., None] + 0.5 * left * (1 - 1 / inflated)
         return np.asarray(np.logaddexp.reduce(here - 0.5 * spare[:, None] * np.log(inflated), axis=(1, 2)))
 
-    def _of_pairs(self, w: FloatArray, edge: Any, pairs: list[EdgeModel], rule: tuple[FloatArray, ...]) -> FloatArray:
+    def _of_pairs(self, w: FloatArray, edge: Any, pairs: list[RectangleModel], rule: tuple[FloatArray, ...]) -> FloatArray:
         """Log of the evidence of two touches that read like an edge, about those of its second moment."""
         from ._area_kernel import FOUND, WEIGHED, weigh_edge
 
@@ -237,10 +239,10 @@ def _rule(count: int) -> tuple[FloatArray, FloatArray]:
     return 0.5 * (1 + nodes), 0.5 * weights
 
 
-def _tabulated(family: Any) -> type[RoundContact]:
-    """Of which round contacts the readings of a kind are made: a point is a sphere of no width, an edge is spheres."""
+def _tabulated(family: Any) -> type[RoundContact] | None:
+    """Of which round contacts the readings of a kind are made: a point is a sphere of no width; an edge of none."""
     if family == STRETCH:
-        return RoundHertz
+        return None
     kind = local_family_of(family)
     return RoundHertz if issubclass(kind, PointLoad) else kind
 
@@ -253,37 +255,19 @@ def _ratio(family: type[RoundContact]) -> float:
     return float(np.sqrt(sphere / other))
 
 
-def _edge_model(contact: Any, depth: float, kind: Kind) -> EdgeModel:
-    """What climbs over edges go by: readings of spheres, and rules along an edge; `depth` of the shallowest sensor."""
-    most = max(kind.half_width[1], _NARROW * depth) ** 2
-    # readings are analytic as near as the sensors are deep: so fast does Gauss's rule along the edge converge
-    digits = -0.5 * math.log(_RULE_ERROR)
-    largest = max(int(digits / math.asinh(depth / kind.half_length[1])) + 1, FEWEST)
-    rules = np.zeros((largest + 1, 2, largest))
-    for count in range(1, largest + 1):
-        rules[count, :, :count] = np.polynomial.legendre.leggauss(count)
-    narrow = contact._replace(sums=_powers(contact.sums, contact.most, most), most=most)
-    return EdgeModel(narrow, rules, depth, digits, np.empty((0, 0)))
+def _edge_model(points: PointModel, depth: float, kind: Kind) -> RectangleModel:
+    """What climbs over rectangles of a kind go by; `depth` of the shallowest sensor."""
+    along, across = (rules(half, depth) for half in (kind.half_length[1], max(kind.half_width[1], _NARROW * depth)))
+    return RectangleModel(points, along, across, depth, 0.0, np.empty((0, 0)))
 
 
-def _pair_models(model: EdgeModel) -> list[EdgeModel]:
+def _pair_models(model: RectangleModel) -> list[RectangleModel]:
     """The same of two touches, in place of an edge's two ends, about the middle of their force."""
-    found = []
+    found, one = [], np.zeros((2, 2, 1))
+    one[1, 1] = 2.0
     for share in _FORCES:
         middle = 1 - 2 * share
-        rules = np.zeros((3, 2, 2))
-        rules[2] = [[-1 - middle, 1 - middle], [2 * share, 2 - 2 * share]]
-        found.append(model._replace(rules=rules))
+        two = np.zeros((3, 2, 2))
+        two[2] = [[-1 - middle, 1 - middle], [2 * share, 2 - 2 * share]]
+        found.append(model._replace(along=two, across=one))
     return found
-
-
-def _powers(sums: FloatArray, widest: float, most: float) -> FloatArray:
-    """Chebyshev sums over squares of half widths to `widest`, as fewer to `most`: these change little."""
-    nodes = np.cos(np.pi * (np.arange(sums.shape[-1]) + 0.5) / sums.shape[-1])
-    there = np.polynomial.chebyshev.chebvander(most / widest * (1 + nodes) - 1, sums.shape[-1] - 1)
-    to = np.linalg.solve(np.polynomial.chebyshev.chebvander(nodes, sums.shape[-1] - 1), there)
-    short = sums @ to.T
-    values = np.abs(short[:, ::4]).max(axis=0)  # of each function, in the middle of its cells
-    left = np.cumsum((values / values[:, :1]).max(axis=0)[::-1])[::-1]
-    count = max(int((left > _WIDTH_ERROR).sum()), 2)
-    return np.ascontiguousarray(short[..., :count])

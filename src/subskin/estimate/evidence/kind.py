@@ -14,8 +14,8 @@ from ..answer import Status
 __all__ = ["NONE", "PAIR", "STRETCH", "Kind"]
 
 PAIR, NONE, STRETCH = "pair", "none", "edge"
-"""In place of a family's name: two line loads at once; what is near to one of the others, and none of them; a narrow
-contact along a stretch of a straight line on an area."""
+"""In place of a family's name: two line loads at once; what is near to one of the others, and none of them; a
+rectangle on an area."""
 _SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in Status))
 
 
@@ -29,8 +29,7 @@ class Kind:
         What the answer calls it.
     family : {"line", "wedge", "hertz", "strip", "punch", "pair", "none"} or subclass of SpreadContact
         Its pressure's shape; on an area "point", "cone", "round_hertz", "round_punch", or a subclass of
-        RoundContact, and "edge": a force spread evenly along a stretch of a straight line, and across it as that of a
-        sphere. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of the
+        RoundContact, and "edge": a force spread evenly over a rectangle that is turned anyhow. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of the
         other kinds, but off by a model error of 1 to 30 % of the readings, or in a plane of another shape
         (docs/deciding.md).
     half_width : (float, float)

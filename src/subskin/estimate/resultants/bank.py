@@ -41,6 +41,8 @@ _MOST = 64
 _MOST_NUMBERS = 2e7
 """Of a bank: 160 MB. Where there are more sensors cells are larger, up to so many times."""
 _WIDEST = 100.0
+_TORSION = 5
+"""Which question of an area asks for it."""
 
 
 class Bank(NamedTuple):
@@ -59,13 +61,14 @@ class Bank(NamedTuple):
     chance: FloatArray
 
 
-def bank_of(finger: Finger, pattern: npt.NDArray[np.bool_], noise: FloatArray) -> Bank:
+def bank_of(finger: Finger, pattern: npt.NDArray[np.bool_], noise: FloatArray, extent: bool = False) -> Bank:
     """The guesses for the sensors of `pattern` (n,), each with such a `noise` [reading], shape (n,).
 
-    What tolerances leave open of the finger scatters the readings of a guess too.
+    What tolerances leave open of the finger scatters the readings of a guess too. With `extent`, of an area, the normal
+    force's second moments, of y y, y z and z z, are asked as well.
     """
     dim = 2 if finger.array.on_area else 1
-    depth, drawn = float(np.asarray(finger.array.depth).min()), _Fields(finger, pattern, noise)
+    depth, drawn = float(np.asarray(finger.array.depth).min()), _Fields(finger, pattern, noise, extent)
     parts: list[tuple[FloatArray, ...]] = []
     chances = []
     for step, cell, some, centres in _classes(finger, dim, depth, noise.size):
@@ -104,7 +107,8 @@ def _classes(finger: Finger, dim: int, depth: float, n: int) -> Iterator[tuple[f
 class _Fields:
     """What sensors read under unit forces, of a finger and of such as it may be instead, in units of the noise."""
 
-    def __init__(self, finger: Finger, pattern: npt.NDArray[np.bool_], noise: FloatArray) -> None:
+    def __init__(self, finger: Finger, pattern: npt.NDArray[np.bool_], noise: FloatArray, extent: bool) -> None:
+        self._extent = extent
         self._finger, self._pattern, self._noise, self._told = finger, pattern, noise, finger.tolerances
         self._others = [] if self._told is None else [deeper_than(finger), other_than(finger)[0]]
         if self._told is not None:
@@ -121,7 +125,7 @@ class _Fields:
         lattice = np.stack(np.meshgrid(*(np.arange(k) for k in shape), indexing="ij"), axis=-1).reshape(-1, dim)
         at = centres.min(axis=0) + step * (lattice + least)
         base = self._read(self._finger, at)
-        every = [base, _asked(at)]
+        every = [base, _asked(at, self._extent)]
         if self._told is not None:
             every += [self._read(other, at) - base if other is not None else 0.0 * base for other in self._others]
             shift = _SHIFT * step
@@ -152,7 +156,7 @@ class _Fields:
         """Second moments of readings and questions, of loads each a deviation large, (n + q, n + q)."""
         n, told = self._noise.size, self._told
         dim = 2 if self._finger.array.on_area else 1
-        first = n + 2 * dim + 1 + (dim > 1)
+        first = n + 2 * dim + 1 + (dim > 1) + 3 * self._extent
         out: FloatArray = np.asarray(loads[:, :first].T @ loads[:, :first])
         if told is None:
             return out
@@ -165,14 +169,20 @@ class _Fields:
         return out
 
 
-def _asked(at: FloatArray) -> FloatArray:
-    """Of unit forces at positions (m, d): force and drag, the normal force's first moments, torsion, (m, d + 1, q)."""
+def _asked(at: FloatArray, extent: bool) -> FloatArray:
+    """Of unit forces at positions (m, d): force and drag, the normal force's first moments, torsion, (m, d + 1, q).
+
+    With `extent` its second moments too.
+    """
     dim = at.shape[1]
-    out = np.zeros((len(at), dim + 1, 2 * dim + 1 + (dim > 1)))
+    out = np.zeros((len(at), dim + 1, 2 * dim + 1 + (dim > 1) + 3 * extent))
     out[:, range(dim + 1), range(dim + 1)] = 1.0
     out[:, 0, dim + 1 : 2 * dim + 1] = at
     if dim > 1:
-        out[:, 1, -1], out[:, 2, -1] = -at[:, 1], at[:, 0]
+        out[:, 1, _TORSION], out[:, 2, _TORSION] = -at[:, 1], at[:, 0]
+    if extent:
+        y, z = at.T
+        out[:, 0, _TORSION + 1 :] = np.stack([y * y, y * z, z * z], axis=-1)
     return out
 
 

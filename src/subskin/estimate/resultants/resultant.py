@@ -132,6 +132,9 @@ class ResultantReader(Framewise):
     'NO_CONTACT'
     """
 
+    _extent = False
+    """Whether second moments of the normal force are asked for, on an area."""
+
     def __init__(self, finger: Finger) -> None:
         finger_needed(finger)
         if finger.measured is not None:
@@ -140,7 +143,7 @@ class ResultantReader(Framewise):
         self.layout = AREA if finger.array.on_area else LINE
         d = self.layout.dim
         self.unknowns, self._finger = 2 * d + 1, finger
-        q = self.unknowns + (d > 1)
+        q = self.unknowns + (d > 1) + 3 * self._extent
         super().__init__(
             finger.array, needed=self.unknowns, columns=self.layout.columns + q * (q + 1), status=self.layout.status,
             layout=self.layout,
@@ -183,7 +186,7 @@ class ResultantReader(Framewise):
             drift = told.of("offset", pattern.size)[pattern]
             array = replace(array, noise=np.hypot(told.noise * np.asarray(array.noise), drift))
         most = float(chdtri(int(pattern.sum()), _FALSE_ALARM))
-        return sensor_rows(array), *bank_of(self._finger, pattern, np.asarray(array.noise)), most, self._box
+        return sensor_rows(array), *bank_of(self._finger, pattern, np.asarray(array.noise), self._extent), most, self._box
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         columns = self.layout.columns

@@ -1,0 +1,294 @@
+"""The compiled heart of a fit of patches: the rectangle that explains a frame best, and what comes near it.
+
+Climbs start from the centre and the second moments that the resultant finds, in some shapes of these, then once more
+from shapes about the best top.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ..._compiled import compiled
+from ..area.point import in_room
+from ..area.rectangle import FIT, ROWS, RectangleAt, RectangleModel, climb, covariance, project, rectangle_field
+from ..project import whitened
+from ..scan import MOST_CHI2
+from ..varpro import Ending, Limits
+
+__all__ = ["FOUND", "UNKNOWNS", "PatchSearch", "fit_patches"]
+
+UNKNOWNS = (*RectangleAt._fields, "n", "ty", "tz")
+_SQUARE = len(UNKNOWNS) * (len(UNKNOWNS) + 1) // 2
+FOUND = np.dtype(
+    (
+        np.record,
+        [(name, float) for name in UNKNOWNS]
+        + [("covariance", float, (_SQUARE,)), ("residual", float)]
+        + [(f"rival_{name}", float) for name in UNKNOWNS]
+        + [("rival_chi2", float), ("status", float)],
+    )
+)
+"""What is filled of a frame: unknowns and components, the upper triangle of their covariance, and of the rival."""
+_FINE = Ending(0.003)
+_ROUGH = Ending(1.0)
+_TOPS = 2
+"""Shapes that are climbed from, each time."""
+_ROUNDS, _SCANNED = 8, 4
+_MOVED = (0.4, 0.8, -0.4, -0.8, -9.0)
+_GROUPS, _MOVES = len(_MOVED) + 1, 4 * len(_MOVED) + 3
+_SHAPES = (
+    (0.0, 1.0, 1.0), (0.0, 0.7, 0.7), (0.0, 1.3, 1.3), (0.0, 1.3, 0.75), (0.0, 0.75, 1.3),
+    (0.25, 1.0, 1.0), (0.25, 0.8, 0.8), (0.25, 1.2, 1.2), (0.25, 1.3, 0.75), (0.25, 0.75, 1.3),
+)  # fmt: skip
+"""Half turns by which they are turned, and factors of both sides."""
+_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
+_ANY = 48.0 / math.pi**2
+"""Information on a turn that may be any, up to a quarter [1/rad2]."""
+_HELD = 1e200
+_LIKE = 0.05
+"""Shares of the force, and of a depth, within which two tops are one load."""
+
+
+class PatchBank(NamedTuple):
+    """Rectangles to start from: classes (c + 1,), the first of each size and turn; shapes (k, 5), y to q of each.
+
+    basis (k, 3, n): orthonormal columns of what it makes the sensors read, the first along N, in units of noise.
+    """
+
+    classes: npt.NDArray[np.int64]
+    shapes: FloatArray
+    basis: npt.NDArray[np.float32]
+
+
+class PatchSearch(NamedTuple):
+    """Where rectangles are looked for: settings as of `judge.Settings`, and ends of the unknowns, box (14,)."""
+
+    model: RectangleModel
+    bank: PatchBank
+    limits: Limits
+    detection: float
+    largest: float
+    usual: float
+    ambiguity: float
+    error: float
+    box: FloatArray
+
+
+@compiled(borrows=True)
+def _shapes(y, z, direction, length, half, shapes):
+    """Rectangles like one, into shapes (k, 6): a mark, y, z, direction, length and q."""
+    mean = math.sqrt(length * half)
+    for k in range(len(_SHAPES)):
+        turn, first, second = _SHAPES[k]
+        long, wide = (length, half) if turn == 0.0 else (mean, mean)
+        shapes[k, 1], shapes[k, 2], shapes[k, 3] = y, z, direction + math.pi * turn
+        shapes[k, 4], shapes[k, 5] = first * long, (second * wide) ** 2
+
+
+@compiled(borrows=True)
+def _sides(top, depth, shapes):
+    """Rectangles like a top but for one side, which is moved out or in, or for a turn."""
+    half, c, s = math.sqrt(top.q), math.cos(top.direction), math.sin(top.direction)
+    for k in range(_MOVES):
+        long, wide, along, across, turn = top.length, half, 0.0, 0.0, 0.0
+        if k < 4 * len(_MOVED):
+            side = long if k % 4 < 2 else wide
+            out = max(_MOVED[k // 4] * depth, -0.6 * side)
+            away = 0.5 * out * (1.0 if k % 2 == 0 else -1.0)
+            if k % 4 < 2:
+                long, along = long + 0.5 * out, away
+            else:
+                wide, across = wide + 0.5 * out, away
+        elif k < _MOVES - 1:
+            turn = min(depth / max(long, wide), 0.4) * (1.0 if k == _MOVES - 2 else -1.0)
+        else:
+            turn = 0.25 * math.pi
+            long = wide = math.sqrt(long * wide)
+        shapes[k, 1], shapes[k, 2] = top.y + along * c - across * s, top.z + along * s + across * c
+        shapes[k, 3], shapes[k, 4], shapes[k, 5] = top.direction + turn, long, wide * wide
+
+
+@compiled(borrows=True)
+def _marked(w, search, shapes, fits):
+    """Mark shapes with what they explain."""
+    trial = fits[fits.size - 1]
+    for k in range(shapes.shape[0]):
+        at = RectangleAt(shapes[k, 1], shapes[k, 2], shapes[k, 3], shapes[k, 4], shapes[k, 5], 0.0, 0.0)
+        project(w, search.model, search.limits, at, trial)
+        shapes[k, 0] = trial.explained
+
+
+@compiled(borrows=True)
+def _from_best(w, search, shapes, most, fits, count):
+    """Climb from the shapes of the highest mark, into the fits behind `count`; how many there are then."""
+    trial = fits[fits.size - 1]
+    for _ in range(min(most, shapes.shape[0])):
+        k = np.argmax(shapes[:, 0])
+        shapes[k, 0] = -1.0
+        at = RectangleAt(shapes[k, 1], shapes[k, 2], shapes[k, 3], shapes[k, 4], shapes[k, 5], 0.0, 0.0)
+        climb(w, search.model, search.limits, search.box, at, _FINE, fits[count], trial)
+        count += 1
+    return count
+
+
+@compiled(borrows=True)
+def _scanned(w, search, shapes, fits, count):
+    """Climb from the rectangles of the bank that explain most, each of another size or turn."""
+    bank, n = search.bank, w.size
+    for c in range(bank.classes.size - 1):
+        best, most = bank.classes[c], np.float32(0.0)
+        for k in range(bank.classes[c], bank.classes[c + 1]):
+            one = two = three = np.float32(0.0)
+            for i in range(n):
+                value = np.float32(w[i])
+                one += bank.basis[k, 0, i] * value
+                two += bank.basis[k, 1, i] * value
+                three += bank.basis[k, 2, i] * value
+            explained = one * one + two * two + three * three
+            if one > 0.0 and explained > most:
+                best, most = k, explained
+        shapes[c, 0] = most
+        for e in range(5):
+            shapes[c, 1 + e] = bank.shapes[best, e]
+    return _from_best(w, search, shapes[: bank.classes.size - 1], _SCANNED, fits, count)
+
+
+@compiled()
+def fill_bank(shapes, model, basis):
+    """Fill the `basis` of a `PatchBank` for its `shapes`; model: without its scratch."""
+    n, (points, along, across, depth, _, _) = basis.shape[2], model
+    mine = RectangleModel(in_room(points, n), along, across, depth, 0.0, np.empty((ROWS, n)))
+    for k in range(shapes.shape[0]):
+        at = RectangleAt(shapes[k, 0], shapes[k, 1], shapes[k, 2], shapes[k, 3], shapes[k, 4], 0.0, 0.0)
+        rectangle_field(mine, at)
+        for row in range(3):
+            one = mine.rows[row]
+            for before in range(row):
+                along = 0.0
+                for i in range(n):
+                    along += one[i] * mine.rows[before, i]
+                for i in range(n):
+                    one[i] -= along * mine.rows[before, i]
+            size = 0.0
+            for i in range(n):
+                size += one[i] * one[i]
+            over = 1.0 / math.sqrt(size) if size > 0.0 else 0.0
+            for i in range(n):
+                one[i] *= over
+                basis[k, row, i] = one[i]
+
+
+@compiled(inline=True)
+def _best_of(fits, count):
+    best = 0
+    for p in range(1, count):
+        if fits[p].explained > fits[best].explained:
+            best = p
+    return best
+
+
+@compiled(borrows=True)
+def _weighted(fit, box):
+    """Add what is known of the unknowns before a reading: each as likely all over its range, or held."""
+    fit.u_direction_direction += _ANY if box[5] > box[4] else _HELD
+    long2 = box[7] * box[7] - box[6] * box[6]  # of the square, as of the width
+    fit.u_length_length += 48.0 * fit.length * fit.length / long2**2 if long2 > 0.0 else _HELD
+    fit.u_q_q += 12.0 / (box[9] - box[8]) ** 2 if box[9] > box[8] else _HELD
+    fit.u_lean_lean += 3.0 if box[11] > box[10] else _HELD
+    fit.u_tilt_tilt += 3.0 if box[13] > box[12] else _HELD
+
+
+@compiled(borrows=True)
+def _said(fit, row):
+    row.y, row.z, row.direction, row.length, row.q = fit.y, fit.z, fit.direction, fit.length, fit.q
+    row.lean, row.tilt, row.n, row.ty, row.tz = fit.lean, fit.tilt, fit.n, fit.ty, fit.tz
+
+
+@compiled(borrows=True)
+def _frame(w, total, start, search, fits, shapes, marks, none, row):
+    depth = search.model.depth
+    y, z, mean = start.y, start.z, 0.5 * (start.yy + start.zz)
+    length = half = depth
+    direction = 0.0
+    if math.isfinite(mean):
+        root = math.hypot(0.5 * (start.yy - start.zz), start.yz)
+        direction = 0.5 * math.atan2(2.0 * start.yz, start.yy - start.zz)
+        length, half = math.sqrt(3.0 * max(mean + root, 0.0)), math.sqrt(3.0 * max(mean - root, 0.0))
+    else:
+        y, z = 0.5 * (search.box[0] + search.box[1]), 0.5 * (search.box[2] + search.box[3])
+    length, half = max(length, 0.15 * depth), max(half, 0.15 * depth)
+    count = best = 0
+    marks[:] = 0.0
+    for turn in range(_ROUNDS):
+        if turn == 0:
+            _shapes(y, z, direction, length, half, shapes)
+            _marked(w, search, shapes[: len(_SHAPES)], fits)
+            count = _from_best(w, search, shapes[: len(_SHAPES)], _TOPS, fits, count)
+            count = _scanned(w, search, shapes, fits, count)
+        else:
+            base, most = 0, -1.0
+            for p in range(count):  # the best that was not yet tried from
+                if marks[p] == 0.0 and fits[p].explained > most:
+                    base, most = p, fits[p].explained
+            marks[base] = 1.0
+            _sides(fits[base], depth, shapes)
+            _marked(w, search, shapes[:_MOVES], fits)
+            for group in range(_GROUPS):  # of each way of moving a side the best
+                count = _from_best(w, search, shapes[4 * group : min(4 * group + 4, _MOVES)], 1, fits, count)
+        best = _best_of(fits, count)
+        if turn > 0 and fits[best].left < search.usual:
+            break
+        top = fits[best]
+        y, z, direction, length, half = top.y, top.z, top.direction, top.length, math.sqrt(top.q)
+    top = fits[best]
+    row.residual = top.left
+    bound = search.largest + search.error * (top.n * top.n + top.ty * top.ty + top.tz * top.tz)
+    if top.left > bound or top.explained < search.detection:
+        row.status = _UNEXPLAINED if top.left > bound else _NO_CONTACT
+        return
+    _said(top, row)
+    row.status = _OK
+    second, far = -1, _LIKE * top.n
+    for p in range(count):
+        away = abs(fits[p].y - top.y) + abs(fits[p].z - top.z)
+        if away > _LIKE * depth or abs(fits[p].n - top.n) > far:
+            if second < 0 or fits[p].explained > fits[second].explained:
+                second = p
+    if second >= 0:
+        rival = fits[second]
+        row.rival_y, row.rival_z, row.rival_direction = rival.y, rival.z, rival.direction
+        row.rival_length, row.rival_q, row.rival_lean, row.rival_tilt = rival.length, rival.q, rival.lean, rival.tilt
+        row.rival_n, row.rival_ty, row.rival_tz = rival.n, rival.ty, rival.tz
+        row.rival_chi2 = top.explained - rival.explained
+        if row.rival_chi2 < search.ambiguity:
+            row.status = _AMBIGUOUS
+    _weighted(top, search.box)
+    covariance(top, search.limits, none, row.covariance)
+
+
+@compiled(frames="readings")
+def fit_patches(readings, sensors, starts, search, out):
+    """Fill out (f,), records of `FOUND`; frames beyond reckoning, or that lack a sensor, are left with status -1.
+
+    readings (f, n), raw; sensors (4, n) as of `whitened`; starts (f,): a centre, and second moments about it over the
+    force, NaN where there is none; search: a `PatchSearch` without names and scratch.
+    """
+    n, model, bank, limits = readings.shape[1], search[0], PatchBank(*search[1]), search[2]
+    points, along, across, depth, leans, _ = model
+    mine = RectangleModel(in_room(points, n), along, across, depth, leans, np.empty((ROWS, n)))
+    whole = PatchSearch(mine, bank, Limits(*limits), search[3], search[4], search[5], search[6], search[7], search[8])
+    w, fits = np.empty(n), np.zeros(_TOPS + _SCANNED + (_ROUNDS - 1) * _GROUPS + 1, FIT)
+    shapes = np.empty((max(len(_SHAPES), _MOVES, bank.classes.size - 1), 6))
+    none, marks = np.zeros(28), np.zeros(fits.size)
+    for f in range(readings.shape[0]):
+        row = out[f]
+        total = whitened(readings[f], sensors, w)
+        if total < MOST_CHI2:
+            _frame(w, total, starts[f], whole, fits, shapes, marks, none, row)
+        else:
+            row.status = _PENDING
