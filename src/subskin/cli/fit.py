@@ -41,19 +41,21 @@ _STICK = (
 )
 _SHOWN = (
     "row", "position", "position_y", "position_z", "force", "angle", "azimuth", "half_width", "half_width_low",
-    "half_width_high", "moment", "force_unit", "status",
+    "half_width_high", "half_width_y", "half_width_z", "turn", "moment", "force_unit", "status",
 )  # fmt: skip
 
 
 def _families() -> tuple[str, ...]:
     """Those that there are now, one's own among them."""
-    return (*families(), *local_families())
+    return (*families(), *local_families(), "patch")
 
 
 @command(
     _EXAMPLES,
     option("--family", "family of the contact (hertz; of sensors on an area round_hertz)", choices=_families),
     option("--width RANGE", 'range of half widths (default: "0..1.5" depths)'),
+    option("--turn RANGE", 'of a patch: by how much it is turned, "0 deg", or "-20..20 deg" (any)'),
+    option("--pressure {even,linear,punch}", "of a patch: how it presses (even)"),
     option("--stick MU", _STICK),
     frames("fit", "table of contacts", "draw the contacts along the skin, frame by frame"),
     notes=_NOTES,
@@ -65,10 +67,11 @@ def run_fit(options: argparse.Namespace) -> int:
 
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
     stick = None if options.stick is None else quantity_range(options.stick, "", "--stick")
+    turn = None if options.turn is None else quantity_range(options.turn, "rad", "--turn")
     drawn, spare, origin, blind = [], False, 0.0, False
     family = options.family
     with Kept(options) as kept:
-        chosen = {"half_width": width, "stick": stick}
+        chosen = {"half_width": width, "stick": stick, "turn": turn, "pressure": options.pressure}
 
         def prepare(file: io.FingerFile) -> Answer:
             nonlocal family
@@ -81,7 +84,8 @@ def run_fit(options: argparse.Namespace) -> int:
             columns = estimate_columns(answers, width=True)
             kept.add(columns, answers.found.status)
             spare, origin = spare or bool(answers.found.spare.any()), answers.file.origin
-            blind = answers.found.layout.dim == 2 and not answers.found.layout.twist
+            at = answers.found.layout
+            blind = at.dim == 2 and not (at.twist or at.sides)
             if options.figure is not None:
                 drawn.append(answers.found)
 

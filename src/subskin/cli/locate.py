@@ -33,8 +33,8 @@ while nothing touches the skin, and subtracted.
 
 
 _LOAD = (
-    "what presses on a row ([locate]; else either of a skin in space, or line); resultant, on an area too: the force "
-    "and the centre of whatever presses"
+    "what presses on a row ([locate]; else either of a skin in space, or line); on an area a point, or a patch; "
+    "resultant, on both: the force and the centre of whatever presses"
 )
 _LOOKED_AT = 50
 """Unexplained frames in which two touches are looked for, at most."""
@@ -48,7 +48,7 @@ _SHOWN = (
 
 @command(
     _EXAMPLES,
-    option("--load {line,point,either,resultant}", _LOAD),
+    option("--load {line,point,either,patch,resultant}", _LOAD),
     option("--beside M", "largest distance beside the row of a point (default: 3 depths)"),
     option("--touches N", "the most touches at once on an area, up to 3 (1)", 1),
     option("--truth NAME", "column of true positions [m] to compare with; on an area two, y,z"),

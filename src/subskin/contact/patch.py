@@ -55,7 +55,7 @@ def _turned_parts(
 
 @dataclass(frozen=True, eq=False, init=False)
 class Patch(ShapedContact, name="patch"):
-    """A rectangle |y'| <= a_y, |z'| <= a_z about `position`, turned or not, its traction in proportion to a bilinear function.
+    """A rectangle |y'| <= a_y, |z'| <= a_z about `position`, its traction in proportion to a bilinear function.
 
     That is 1 + s_y y' + s_z z' + s_yz y' z', with s = `slopes`. Source: docs/local_contacts.md; Love 1929. On the edges
     the stress is infinite under drag, and the pressure jumps.

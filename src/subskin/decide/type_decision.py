@@ -16,7 +16,7 @@ from ..errors import InvalidValueError
 from ..estimate.answer import FrameTable, Status
 from ..estimate.area.search import search_of
 from ..estimate.estimate import unit_column
-from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind
+from ..estimate.evidence import EDGE, END, RECTANGLES, AreaEvidence, Evidence, Kind
 from ..estimate.evidence.base import CHI2, LOCAL, LOG_EVIDENCE, LONG, STATUS, Columns
 from ..estimate.locate import row_locator
 from ..estimate.shown import Shown
@@ -96,7 +96,7 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
             (a * depth, b * depth),
             prior,
             stick=_STICK if family == "hertz" else 0.0,
-            half_length=(_LONG[0] * depth, _LONG[1] * depth) if family == STRETCH else (0.0, 0.0),
+            half_length=(_LONG[0] * depth, _LONG[1] * depth) if family in RECTANGLES else (0.0, 0.0),
         )
         for name, family, (a, b), prior in kinds
     )

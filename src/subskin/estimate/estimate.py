@@ -54,7 +54,7 @@ class _Found(Frozen):
 
     @property
     def half_width(self) -> FloatArray:
-        """Half width a [m], shape (...); 0 of a line and of a point."""
+        """Half width a [m], shape (...); 0 of a line and of a point, NaN of a patch, which has `half_widths`."""
         if self.layout.sized and self._first == 0:
             return self.table[..., self.layout.size]
         return self._width(self.layout.wide and not self.layout.aside)
@@ -65,6 +65,28 @@ class _Found(Frozen):
         return self.table[..., self._first + self.layout.unknowns - 1] if self.layout.twist else None
 
     @property
+    def half_widths(self) -> FloatArray | None:
+        """Of a patch half its sides [m], that turned from y and that turned from z, shape (..., 2); else None."""
+        return self._sides(0, 2) if self.layout.sides else None
+
+    @property
+    def turn(self) -> FloatArray | None:
+        """By how much a patch is turned, from +y towards +z, within an eighth of a full turn [rad], shape (...)."""
+        return self._sides(2, 1)[..., 0] if self.layout.sides else None
+
+    @property
+    def slopes(self) -> FloatArray | None:
+        """Of a patch with a linear pressure, its slopes as of `Patch` [1/m, 1/m, 1/m^2], shape (..., 3); else None."""
+        if not self.layout.leaning:
+            return None
+        return np.concatenate([self._sides(3, 2), np.zeros((*self.table.shape[:-1], 1))], axis=-1)
+
+    def _sides(self, first: int, count: int) -> FloatArray:
+        """What stands behind the components of a patch."""
+        at = self._first + self.layout.components + 3 + first
+        return self.table[..., at : at + count]
+
+    @property
     def beside(self) -> FloatArray:
         """How far a point load presses beside a row of sensors, |z| [m], shape (...); 0 of other contacts."""
         return self._width(self.layout.wide and self.layout.aside)
@@ -72,7 +94,7 @@ class _Found(Frozen):
     def _width(self, known: bool) -> FloatArray:
         if known:
             return self.table[..., self._first + self.layout.half_width]
-        return np.where(np.isnan(self.table[..., self._first]), np.nan, 0.0)
+        return np.where(np.isnan(self.table[..., self._first]) | self.layout.sides, np.nan, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +188,8 @@ class Estimate(_Found, OfReadings):
     def covariance(self) -> FloatArray:
         """Inverse Fisher information of position, force, angle, half width and moment, (..., k, k).
 
-        On an area position (y, z) and azimuth count two and one more; what is not an unknown is not there.
+        On an area position (y, z) and azimuth count two and one more; what is not an unknown is not there. Of a patch
+        both half widths, the turn and the first two slopes come behind.
         """
         return polar_covariance(self.components, self.table[..., self.layout.square])
 
@@ -220,6 +243,11 @@ class Estimate(_Found, OfReadings):
         found += [("azimuth", load.azimuth, _DEGREE, "deg")] if d == 2 else []
         if self.layout.wide:
             found.append(("beside", self.beside, _MM, "mm") if aside else ("half_width", self.half_width, _MM, "mm"))
+        if self.half_widths is not None and self.turn is not None:
+            found += [(f"half_width_{'yz'[k]}", self.half_widths[..., k], _MM, "mm") for k in range(2)]
+            found.append(("turn", self.turn, _DEGREE, "deg"))
+        if self.slopes is not None:
+            found += [(f"slope_{'yz'[k]}", self.slopes[..., k], 1 / _MM, "/mm") for k in range(2)]
         if self.moment is not None:
             found.append(("moment", self.moment, _MM, f"{self.force_unit} mm"))
         return found

@@ -19,6 +19,7 @@ from .either import Either, EitherLocator
 from .estimate import Estimate
 from .on_area import area_locator, refuse, refuse_tolerances, several_locator
 from .on_row import point_locator, usual
+from .patches import PatchLocator
 from .search import Locator
 from .settle.row import on_row
 from .several import SeveralLocator, TouchSet, checked_touches
@@ -28,13 +29,16 @@ from .stretches import beyond, reached
 __all__ = ["fit", "locate", "locator"]
 
 Search: TypeAlias = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None
-Load: TypeAlias = Literal["line", "point", "either"]
-AnyLocator: TypeAlias = Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator
+Load: TypeAlias = Literal["line", "point", "either", "patch"]
+Sides: TypeAlias = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]]
+Pressure: TypeAlias = Literal["even", "linear", "punch"]
+AnyLocator: TypeAlias = Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator | PatchLocator
 
 _KNOW_NONE = "several touches know no such option"
-_OF_FIT = ("half_width", "stick", "moment")
+_OF_FIT = ("half_width", "stick", "moment", "turn", "pressure")
 _OPTIONS = (
-    "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment"
+    "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment, "
+    "turn, pressure"
 )
 
 
@@ -43,7 +47,7 @@ def locator(
     family: str | Family | LocalFamily | None = None,
     *,
     search: Search = None,
-    half_width: tuple[float, float] | None = None,
+    half_width: Sides | None = None,
     normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
     scan_step: float | None = None,
@@ -53,13 +57,15 @@ def locator(
     stick: float | tuple[float, float] | None = None,
     beside: float | None = None,
     moment: bool | None = None,
+    turn: float | tuple[float, float] | None = None,
+    pressure: Pressure | None = None,
     touches: int = 1,
     **_unknown: Never,
-) -> Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator:
+) -> Locator | AreaLocator | InPlaceLocator | EitherLocator | SeveralLocator | PatchLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
 
-    Where the sensors are on an area it is an `AreaLocator`, of point loads, or a `RoundLocator`, of round contacts; an
-    `InPlaceLocator` where the finger has a response `measured` in place.
+    Where the sensors are on an area it is an `AreaLocator`, of point loads, a `RoundLocator`, of round contacts, or a
+    `PatchLocator`; an `InPlaceLocator` where the finger has a response `measured` in place.
 
     Parameters
     ----------
@@ -67,15 +73,15 @@ def locator(
         The forward model, with the sensors' noise.
     family : {"line", "wedge", "hertz", "strip", "punch", "point", "either"} or class of contacts, optional
         What presses, the drag being in proportion to the pressure. "point" and "either" as `load` of `locate`, as is
-        what is taken if it is left out. On an area "point" or a round contact: "round_hertz", "round_punch", "cone",
-        one's own.
+        what is taken if it is left out. On an area "point", a round contact: "round_hertz", "round_punch", "cone",
+        one's own, or "patch", a rectangle.
     search : (float, float) or ((float, float), (float, float)), optional
         Range of positions y [m], or of y and of z; contacts outside are taken to be impossible. The default
         reaches 1.5 depths beyond the outermost sensors, and a load further out that explains a frame as well makes it
         AMBIGUOUS.
     half_width : (float, float), optional
         Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none, nor has
-        a point.
+        a point. Of a patch as in `PatchLocator`.
     normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As in `Locator`.
     stick : float or (float, float), optional
@@ -87,6 +93,8 @@ def locator(
     moment : bool, optional
         Of round contacts on an area: whether a moment about the normal is fitted. If left out it is where the sensors
         tell it and more than seven are live; normal strain, pressure and normal stress never do.
+    turn, pressure : optional
+        Of a patch, as in `PatchLocator`: by how much it is turned, and how it presses.
     touches : int, optional
         As in `locate`; from 2 on it is a `SeveralLocator`.
 
@@ -112,15 +120,19 @@ def locator(
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
+    of_area: dict[str, Any] = {"moment": moment, "turn": turn, "pressure": pressure}
     others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
     if (most := checked_touches(touches)) > 1:
         unsaid = family in ("line", "point")
-        refuse({"family": None if unsaid else family, **others, "moment": moment}, _KNOW_NONE)
+        refuse({"family": None if unsaid else family, **others, **of_area}, _KNOW_NONE)
         return several_locator(finger, most, search, values)
     if finger.measured is not None:
         refuse_tolerances(finger, "a response measured in place, which has no drawing")
     if finger.array.on_area:
-        return area_locator(finger, family, search, {**others, "moment": moment}, values)
+        return area_locator(finger, family, search, {**others, **of_area}, values)
+    if family == "patch" or turn is not None or pressure is not None:
+        seen = 'family = "patch"' if family == "patch" else f"turn = {turn}, pressure = {pressure}"
+        raise InvalidValueError(seen, "a patch needs sensors on an area", "SensorArray.grid(...)")
     if moment is not None:
         seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
         raise InvalidValueError(seen, rule, 'SensorArray.grid(...), and fit(readings, "round_hertz", moment=True)')
@@ -188,7 +200,7 @@ def locate(
 ) -> TouchSet: ...
 @overload
 def locate(
-    finger: Finger, readings: npt.ArrayLike, *, load: Literal["line", "point"] | None = None, **options: Any
+    finger: Finger, readings: npt.ArrayLike, *, load: Literal["line", "point", "patch"] | None = None, **options: Any
 ) -> Estimate: ...
 
 
@@ -220,9 +232,10 @@ def locate(
         The forward model, with the sensors' noise.
     readings : array_like, shape (..., n)
         Raw readings, each in units of its gain; NaN marks a missing one.
-    load : {"line", "point", "either"}, optional
-        What presses; on an area a point always. "line": a long contact across the row. "point" presses on the row or up
-        to `beside` of it, on a skin that takes local contacts, and |z| is found as `beside` of the answer. "either" is
+    load : {"line", "point", "either", "patch"}, optional
+        What presses; on an area a point, or a "patch", as in `fit`. "line": a long contact across the row. "point"
+        presses on the row or up to `beside` of it, on a skin that takes local contacts, and |z| is found as `beside` of
+        the answer. "either" is
         both, an `Either` with the probability of the point (docs/locating_row.md). If it is left out it is "either" on
         a row whose skin is known in space, else "line", and with a `normal_force` too. With tolerances a
         touch of which nothing is said may have a size, `half_width` of the answer (docs/real_fingers.md).
@@ -269,7 +282,7 @@ def locate(
             _unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT), "doubt", "touches"])
         )
     if load is not None:
-        _check.choice("load", load, ("line", "point", "either"))
+        _check.choice("load", load, ("line", "point", "either", "patch"))
     if load == "line":
         finger.array.refuse_area()
     if checked_touches(touches) > 1:
@@ -282,7 +295,7 @@ def locate(
     family = LineLoad if load == "line" else load
     search_with = _quick(
         finger, family, search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
-        None, beside, None,
+        None, beside, None, None, None,
     )  # fmt: skip
     found: Estimate | Either = search_with(readings) if doubt is None else search_with(readings, doubt)
     return found.of(finger, readings)
@@ -294,7 +307,7 @@ def fit(
     family: str | Family | LocalFamily | None = None,
     *,
     search: Search = None,
-    half_width: tuple[float, float] | None = None,
+    half_width: Sides | None = None,
     normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
     scan_step: float | None = None,
@@ -304,6 +317,8 @@ def fit(
     stick: float | tuple[float, float] | None = None,
     beside: float | None = None,
     moment: bool | None = None,
+    turn: float | tuple[float, float] | None = None,
+    pressure: Pressure | None = None,
     **_unknown: Never,
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
@@ -319,13 +334,16 @@ def fit(
         "hertz" if left out, on an area "round_hertz".
     search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment
         As in `locator`.
+    turn, pressure
+        As in `locator`.
 
     Returns
     -------
     Estimate
         Position [m], force [N/m], angle [rad], half width [m], their covariance, an interval of the half width, rival,
         residual, status, each of shape (...). On an area as of `locate`, and the half width; covariances (..., 6, 6).
-        With a moment that is `load.moment` [N m], and covariances are (..., 7, 7).
+        With a moment that is `load.moment` [N m], and covariances are (..., 7, 7). Of a patch `half_widths`, `turn` and
+        `slopes` (docs/patches.md).
 
     Raises
     ------
@@ -357,7 +375,7 @@ def fit(
         raise InvalidValueError('family = "either"', "a fit is of one family", 'finger.locate(readings, load="either")')
     found: Estimate = _quick(
         finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
-        stick, beside, moment,
+        stick, beside, moment, turn, pressure,
     )(readings)  # fmt: skip
     return found.of(finger, readings)
 

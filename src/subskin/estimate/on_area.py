@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._axes import on_touches, turned_square
-from ..contact import PointLoad, RoundContact
+from ..contact import Patch, PointLoad, RoundContact
 from ..contact.families import Family, LocalFamily, local_family_of
 from ..errors import InvalidValueError
 from ..finger import Finger
@@ -22,6 +22,7 @@ from .area.observable import moment_of, refuse_blind
 from .area.search import reach_of, search_of, step_of
 from .area.uncertain import exactly, on_area
 from .estimate import Estimate
+from .patches import PatchLocator
 from .settle.uncertain import WITHOUT
 from .several import SeveralLocator
 
@@ -44,8 +45,11 @@ def refuse(options: dict[str, Any], rule: str) -> None:
 
 def area_locator(
     finger: Finger, family: str | Family | LocalFamily, search: Any, others: dict[str, Any], values: dict[str, Any]
-) -> AreaLocator | InPlaceLocator:
-    """The locator of point loads, or of round contacts, by sensors on an area."""
+) -> AreaLocator | InPlaceLocator | PatchLocator:
+    """The locator of point loads, of round contacts, or of patches, by sensors on an area."""
+    if family in ("patch", Patch):
+        return _patches(finger, search, dict(others), dict(values))
+    refuse({name: others.pop(name) for name in ("turn", "pressure")}, 'it belongs to a "patch"')
     sized = family == "line"  # nothing was said of the touch
     kind: LocalFamily = PointLoad if sized else local_family_of(family)
     round_kind = kind if issubclass(kind, RoundContact) else None
@@ -86,6 +90,24 @@ def area_locator(
     return prepared(finger).get(
         ("area", kind, sized, tuple(box.reshape(-1)), beyond, widths, moment, *values.values()), make
     )
+
+
+def _patches(finger: Finger, search: Any, others: dict[str, Any], values: dict[str, Any]) -> PatchLocator:
+    """The locator of patches."""
+    if finger.measured is not None:
+        rule = "a response measured in place knows the contact of its touches alone"
+        raise InvalidValueError('family = "patch"', rule, "finger.locate(readings)")
+    refuse_tolerances(finger, "a fit")
+    refuse_blind(finger)
+    sides, turn, pressure = (others.pop(name) for name in ("half_width", "turn", "pressure"))
+    refuse({**others, "scan_step": values.pop("scan_step")}, "a patch on an area knows no such option")
+    key = [None if value is None else np.asarray(value, float).tobytes() for value in (search, sides, turn)]
+
+    def make() -> PatchLocator:
+        found = PatchLocator(finger, search, sides, turn, pressure or "even", **values)
+        return found.allow_for(finger, float(values["friction"]))
+
+    return prepared(finger).get(("patch", *key, pressure, *values.values()), make)
 
 
 def several_locator(finger: Finger, most: int, search: Any, values: dict[str, Any]) -> SeveralLocator:

@@ -22,7 +22,7 @@ _FEWEST = 2
 """Least number of nodes along a side: then readings depend on its length."""
 _Y, _Z, _TURN, _LENGTH, _Q, _LEAN, _TILT = range(3, ROWS, 3)
 """Rows at which slopes in these begin."""
-_RULE_ERROR = 3e-5
+RULE_ERROR = 3e-5
 """Error of the rule, as a share of the reading."""
 
 
@@ -69,7 +69,7 @@ def rules(half: float, depth: float, profile: tuple[FloatArray, FloatArray] | No
     at, mass = np.polynomial.legendre.leggauss(_DENSE) if profile is None else profile
     largest = _needed(half, depth)
     out = np.zeros((largest + 1, 2, largest))
-    root, before, beta = np.sqrt(mass / mass.sum()), np.zeros_like(at), []
+    root, before, beta = np.sqrt(mass / mass.sum()), np.zeros_like(at), list[float]()
     for count in range(1, largest + 1):  # Lanczos: polynomials that are orthogonal under the profile
         t, turned = np.linalg.eigh(np.diag(beta, 1) + np.diag(beta, -1))
         out[count, 0, :count], out[count, 1, :count] = t, 2 * turned[0] ** 2
@@ -81,10 +81,10 @@ def rules(half: float, depth: float, profile: tuple[FloatArray, FloatArray] | No
 
 _DENSE = 200
 """Nodes by which an even pressure is told."""
-_DIGITS = -0.5 * math.log(_RULE_ERROR)
+_DIGITS = -0.5 * math.log(RULE_ERROR)
 
 
-def _needed(half, depth):
+def _needed(half: float, depth: float) -> int:
     """How many nodes a half side needs: readings are analytic as near to it as the sensors are deep."""
     return max(int(_DIGITS / math.asinh(depth / half)) + 1, _FEWEST)
 

@@ -2,7 +2,7 @@
 
 from .area import AreaEvidence
 from .evidence import Evidence
-from .kind import STRETCH, Kind
+from .kind import RECTANGLES, Kind
 from .shapes import EDGE, END
 
-__all__ = ["EDGE", "END", "STRETCH", "AreaEvidence", "Evidence", "Kind"]
+__all__ = ["EDGE", "END", "RECTANGLES", "AreaEvidence", "Evidence", "Kind"]

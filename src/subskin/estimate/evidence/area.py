@@ -24,7 +24,7 @@ from ..area.rectangle import RectangleModel, rules
 from ..area.round_contact import model_of
 from ..area.search import search_of
 from .base import CHI2, LOCAL, LOG_EVIDENCE, STATUS, Weighing
-from .kind import PAIR, STRETCH, Kind
+from .kind import PAIR, RECTANGLES, Kind
 
 __all__ = ["AreaEvidence"]
 
@@ -81,8 +81,10 @@ class AreaEvidence(Weighing):
     _layout_of = LOCAL
     _example = 'Kind("ball", "round_hertz", ...)'
     _misplaced = (
-        PAIR, "two touches are no kind on an area: there they are none of the others", 'Kind("none of these", "none")'
-    )  # fmt: skip
+        (PAIR,),
+        "two touches are no kind on an area: there they are none of the others",
+        'Kind("none of these", "none")',
+    )
 
     def __init__(
         self,
@@ -101,14 +103,14 @@ class AreaEvidence(Weighing):
             search = np.stack([points.min(axis=0) - reach, points.max(axis=0) + reach], axis=-1)
         self._box = search_of(array, search)[0]
         self._gap = (_GAP[0] * depth, _GAP[1] * depth)
-        self._families = [_tabulated(self._kind(j).family) for j in range(len(self._single))]
+        self._families: list[Any] = [_tabulated(self._kind(j).family) for j in range(len(self._single))]
         radius = np.sqrt(2.0) * max(float(np.abs(array.points - corner).max()) for corner in self._box.T)
         radius += max(kind.half_length[1] for kind in self.kinds)
         widest = max(1.5 * depth, *(kind.half_width[1] for kind in self.kinds))
-        every = {RoundHertz, *(kind for kind in self._families if kind is not None)}
+        every: set[Any] = {RoundHertz, *(kind for kind in self._families if kind is not None)}
         tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in every}
-        points = tabulate_radial(finger, radius + max(kind.half_width[1] for kind in self.kinds))
-        self._tables: list[Any] = [points if kind is None else tables[kind] for kind in self._families]
+        flat = tabulate_radial(finger, radius + max(kind.half_width[1] for kind in self.kinds))
+        self._tables: list[Any] = [flat if kind is None else tables[kind] for kind in self._families]
         (y, z) = (tuple(ends) for ends in self._box.tolist())
         widths = (0.0, widest)
         self._first = _Loose(tables[RoundHertz], array, (y, z), widths, friction=friction, false_alarm=false_alarm)
@@ -123,7 +125,7 @@ class AreaEvidence(Weighing):
         models: list[Any] = []
         edges: list[RectangleModel] = []
         for j, table in enumerate(self._tables):
-            if self._kind(j).family == STRETCH:
+            if self._kind(j).family in RECTANGLES:
                 edges.append(_edge_model(tabulated(table.select(pattern), array)[0], self._shallowest, self._kind(j)))
                 models.append(edges[-1])
             else:
@@ -160,9 +162,9 @@ class AreaEvidence(Weighing):
         rule, short = (_rule(count) for count in (_NODES, _EDGE_NODES))
         parts, largest = np.empty((len(models), len(frames)), WEIGHED), np.full(len(frames), -np.inf)
         # edges last: they ask how likely the others are
-        for j in sorted(range(len(models)), key=lambda j: self._kind(j).family == STRETCH):
+        for j in sorted(range(len(models)), key=lambda j: self._kind(j).family in RECTANGLES):
             kind, box = self._kind(j), self._box_of(self._kind(j))
-            if kind.family == STRETCH:
+            if kind.family in RECTANGLES:
                 weigh_edge(w, near, models[j], self.friction, box, largest, short, parts[j])
             else:
                 weigh_round(w, near, models[j], self.friction, box, _ratio(self._families[j]), rule, parts[j])
@@ -175,7 +177,7 @@ class AreaEvidence(Weighing):
         if self._none >= 0:
             none = self._of_none(evidence, chi2, total / len(array), spare)
             if pairs:
-                edges = parts[[self._kind(j).family == STRETCH for j in range(len(models))]]
+                edges = parts[[self._kind(j).family in RECTANGLES for j in range(len(models))]]
                 edge = edges[edges["log_evidence"].argmax(axis=0), np.arange(len(frames))]
                 likely = edge["log_evidence"] > largest - _NEAR
                 two = self._of_pairs(w[likely], edge[likely], pairs, short) - 0.5 * total[likely]
@@ -192,7 +194,7 @@ class AreaEvidence(Weighing):
 
     def _box_of(self, kind: Kind) -> FloatArray:
         """Ends of the unknowns of a kind: y, z, and the half width's square; of an edge as in `RectangleAt`."""
-        of_edge = kind.family == STRETCH
+        of_edge = kind.family in RECTANGLES
         turned, even = ((-np.inf, np.inf, *kind.half_length), np.zeros(4)) if of_edge else ((), ())
         return np.array([*self._box.reshape(-1), *turned, *np.square(kind.half_width), *even])
 
@@ -211,7 +213,9 @@ class AreaEvidence(Weighing):
         here = (evidence + share)[..., None] + 0.5 * left * (1 - 1 / inflated)
         return np.asarray(np.logaddexp.reduce(here - 0.5 * spare[:, None] * np.log(inflated), axis=(1, 2)))
 
-    def _of_pairs(self, w: FloatArray, edge: Any, pairs: list[RectangleModel], rule: tuple[FloatArray, ...]) -> FloatArray:
+    def _of_pairs(
+        self, w: FloatArray, edge: Any, pairs: list[RectangleModel], rule: tuple[FloatArray, ...]
+    ) -> FloatArray:
         """Log of the evidence of two touches that read like an edge, about those of its second moment."""
         from ._area_kernel import FOUND, WEIGHED, weigh_edge
 
@@ -219,7 +223,7 @@ class AreaEvidence(Weighing):
         for name in ("y", "z", "direction"):
             near[name] = edge[name]
         near["length"] = edge["length"] / np.sqrt(3)
-        box, found = self._box_of(Kind("two touches", STRETCH, half_length=self._gap)), np.empty((len(pairs), len(w)))
+        box, found = self._box_of(Kind("two touches", "edge", half_length=self._gap)), np.empty((len(pairs), len(w)))
         for each, model in zip(found, pairs, strict=True):
             weigh_edge(w, near, model, self.friction, box, floor, rule, part)
             each[:] = part["log_evidence"]
@@ -241,7 +245,7 @@ def _rule(count: int) -> tuple[FloatArray, FloatArray]:
 
 def _tabulated(family: Any) -> type[RoundContact] | None:
     """Of which round contacts the readings of a kind are made: a point is a sphere of no width; an edge of none."""
-    if family == STRETCH:
+    if family in RECTANGLES:
         return None
     kind = local_family_of(family)
     return RoundHertz if issubclass(kind, PointLoad) else kind

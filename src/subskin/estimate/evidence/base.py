@@ -61,8 +61,8 @@ class Weighing(Framewise):
 
     _layout_of: ClassVar[Columns]
     _example: ClassVar[str]
-    _misplaced: ClassVar[tuple[str, str, str]]
-    """A family that such sensors cannot tell, why, and what to weigh instead."""
+    _misplaced: ClassVar[tuple[tuple[str, ...], str, str]]
+    """Families that such sensors cannot tell, why, and what to weigh instead."""
 
     def __init__(
         self, finger: Finger, kinds: Sequence[Kind], *, friction: float, false_alarm: float, needed: tuple[int, int]
@@ -71,9 +71,10 @@ class Weighing(Framewise):
         names, families = [kind.name for kind in self.kinds], [kind.family for kind in self.kinds]
         if not names or len(set(names)) < len(names):
             raise InvalidValueError(f"kinds = {names}", "at least one, each of its own name, is needed", self._example)
-        family, rule, fix = self._misplaced
-        if family in families:
-            raise InvalidValueError(f'family = "{family}"', rule, fix)
+        misplaced, rule, fix = self._misplaced
+        for family in misplaced:
+            if family in families:
+                raise InvalidValueError(f'family = "{family}"', rule, fix)
         self._single = [i for i, family in enumerate(families) if family not in (PAIR, NONE)]
         self._two, self._none = (families.index(name) if name in families else -1 for name in (PAIR, NONE))
         if not self._single or max(families.count(PAIR), families.count(NONE)) > 1:

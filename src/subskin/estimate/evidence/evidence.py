@@ -15,7 +15,7 @@ from ...finger import Finger
 from ...response import Response, tabulate
 from ..frames import packed, scan_geometry, sensor_rows
 from .base import LONG, Weighing
-from .kind import STRETCH, Kind
+from .kind import RECTANGLES, Kind
 from .shapes import root_moment, shapes, sticking
 
 __all__ = ["Evidence"]
@@ -86,7 +86,7 @@ class Evidence(Weighing):
     _layout_of = LONG
     _example = 'Kind("edge", "wedge", ...), Kind("can", "hertz", ...)'
     _misplaced = (
-        STRETCH,
+        RECTANGLES,
         "an edge with its length is a kind on an area: sensors in a row do not see how long it is",
         'Kind("edge", "wedge", half_width=(0.2e-3, 1e-3))',
     )

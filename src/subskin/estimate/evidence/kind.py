@@ -11,11 +11,11 @@ from ...contact.families import Family, LocalFamily, checked_family, family_of, 
 from ...errors import InvalidValueError
 from ..answer import Status
 
-__all__ = ["NONE", "PAIR", "STRETCH", "Kind"]
+__all__ = ["NONE", "PAIR", "RECTANGLES", "Kind"]
 
-PAIR, NONE, STRETCH = "pair", "none", "edge"
+PAIR, NONE, RECTANGLES = "pair", "none", ("edge", "patch")
 """In place of a family's name: two line loads at once; what is near to one of the others, and none of them; a
-rectangle on an area."""
+rectangle on an area, by either name."""
 _SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in Status))
 
 
@@ -29,9 +29,9 @@ class Kind:
         What the answer calls it.
     family : {"line", "wedge", "hertz", "strip", "punch", "pair", "none"} or subclass of SpreadContact
         Its pressure's shape; on an area "point", "cone", "round_hertz", "round_punch", or a subclass of
-        RoundContact, and "edge": a force spread evenly over a rectangle that is turned anyhow. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of the
-        other kinds, but off by a model error of 1 to 30 % of the readings, or in a plane of another shape
-        (docs/deciding.md).
+        RoundContact, and "edge" or "patch": a force spread evenly over a rectangle that is turned anyhow. "pair": two
+        line loads, of which `half_width` is half the distance. "none": near to one of the other kinds, but off by a
+        model error of 1 to 30 % of the readings, or in a plane of another shape (docs/deciding.md).
     half_width : (float, float)
         Least and largest half width [m], all between being as probable; both 0 for a line, left out for "none".
     prior : float
@@ -39,7 +39,7 @@ class Kind:
     stick : float
         Share of such contacts that stick in their middle, in [0, 1): of "hertz" alone.
     half_length : (float, float)
-        Least and largest half length of an "edge" [m], all between being as probable; of no other family.
+        Least and largest half length of an "edge" or a "patch" [m], all between being as probable; of no other family.
 
     Raises
     ------
@@ -69,7 +69,7 @@ class Kind:
         if self.name in _SAID:
             raise InvalidValueError(f'name = "{self.name}"', "answers without a kind are called so", "another name")
         checked_family(self.family)
-        named = self.family in (PAIR, NONE, STRETCH)
+        named = self.family in (PAIR, NONE, *RECTANGLES)
         narrow = self.family == NONE or (not named and issubclass(self._class(), LineLoad | PointLoad))
         ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1]:
@@ -81,7 +81,7 @@ class Kind:
         seen = f"half_width = {self.half_width!r} of a {'line or point load' if narrow and not named else self.family}"
         if narrow and ends[1] > 0:
             raise InvalidValueError(seen, "it has none", "leave out half_width")
-        if not narrow and not ends[1] > 0 and self.family != STRETCH:
+        if not narrow and not ends[1] > 0 and self.family not in RECTANGLES:
             raise InvalidValueError(seen, "its largest half width has to be > 0", "half_width=(0.1e-3, 1e-3)")
         _check.scalar("prior", self.prior, above=0.0)
         share = _check.scalar("stick", self.stick, at_least=0.0)
@@ -93,11 +93,11 @@ class Kind:
     def _check_length(self) -> None:
         ends = _check.real("half_length", self.half_length, unit="m", at_least=0.0)
         seen = f"half_length = {self.half_length!r} of {self.family!r}"
-        if self.family != STRETCH:
+        if self.family not in RECTANGLES:
             if ends.any():
-                raise InvalidValueError(seen, "only an edge has a length", "leave out half_length")
+                raise InvalidValueError(seen, "only an edge or a patch has a length", "leave out half_length")
         elif ends.shape != (2,) or not 0 < ends[0] <= ends[1]:
-            rule = "an edge needs two half lengths > 0, ascending"
+            rule = "an edge, or a patch, needs two half lengths > 0, ascending"
             raise InvalidValueError(seen, rule, "half_length=(1e-3, 4e-3)")
 
     def _class(self) -> Family | LocalFamily:
@@ -126,7 +126,7 @@ class Kind:
         friction = _check.friction(friction)
         if self.family == NONE:
             return 0
-        if self.family == STRETCH:
+        if self.family in RECTANGLES:
             open_ends = sum(high > low for low, high in (self.half_width, self.half_length))
             return 4 + 2 * (friction > 0) + open_ends
         if self.family != PAIR and issubclass(self._class(), LocalContact):

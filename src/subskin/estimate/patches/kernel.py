@@ -22,7 +22,11 @@ from ..varpro import Ending, Limits
 
 __all__ = ["FOUND", "UNKNOWNS", "PatchSearch", "fit_patches"]
 
+SHAPE = np.dtype((np.record, [(name, float) for name in ("mark", "y", "z", "direction", "length", "q")]))
+"""A rectangle to climb from, and the chi-square that it explains as it is."""
 UNKNOWNS = (*RectangleAt._fields, "n", "ty", "tz")
+_ALONE = len(RectangleAt._fields) * (len(RectangleAt._fields) + 1) // 2
+"""Numbers of a covariance of the unknowns alone, and of all."""
 _SQUARE = len(UNKNOWNS) * (len(UNKNOWNS) + 1) // 2
 FOUND = np.dtype(
     (
@@ -35,7 +39,6 @@ FOUND = np.dtype(
 )
 """What is filled of a frame: unknowns and components, the upper triangle of their covariance, and of the rival."""
 _FINE = Ending(0.003)
-_ROUGH = Ending(1.0)
 _TOPS = 2
 """Shapes that are climbed from, each time."""
 _ROUNDS, _SCANNED = 8, 4
@@ -50,23 +53,26 @@ _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _ANY = 48.0 / math.pi**2
 """Information on a turn that may be any, up to a quarter [1/rad2]."""
 _HELD = 1e200
-_LIKE = 0.05
-"""Shares of the force, and of a depth, within which two tops are one load."""
+_SMALL, _LIKE = 0.15, 0.05
+"""Depths that a first half width is at least; shares of the force, and of a depth, within which two tops are one."""
 
 
 class PatchBank(NamedTuple):
-    """Rectangles to start from: classes (c + 1,), the first of each size and turn; shapes (k, 5), y to q of each.
+    """Rectangles to start from: classes (c + 1,), the first of each size and turn; shapes (k,), records of `SHAPE`.
 
     basis (k, 3, n): orthonormal columns of what it makes the sensors read, the first along N, in units of noise.
     """
 
     classes: npt.NDArray[np.int64]
-    shapes: FloatArray
+    shapes: npt.NDArray[np.void]
     basis: npt.NDArray[np.float32]
 
 
 class PatchSearch(NamedTuple):
-    """Where rectangles are looked for: settings as of `judge.Settings`, and ends of the unknowns, box (14,)."""
+    """Where rectangles are looked for: settings as of `judge.Settings`, and ends of the unknowns, box (14,).
+
+    usual: chi-square up to which a top is taken for the best one; low, high: the ends by name.
+    """
 
     model: RectangleModel
     bank: PatchBank
@@ -77,17 +83,26 @@ class PatchSearch(NamedTuple):
     ambiguity: float
     error: float
     box: FloatArray
+    low: RectangleAt
+    high: RectangleAt
+
+
+@compiled(inline=True)
+def _at(shape):
+    """A rectangle whose pressure is even."""
+    return RectangleAt(shape.y, shape.z, shape.direction, shape.length, shape.q, 0.0, 0.0)
 
 
 @compiled(borrows=True)
 def _shapes(y, z, direction, length, half, shapes):
-    """Rectangles like one, into shapes (k, 6): a mark, y, z, direction, length and q."""
+    """Rectangles like one, into shapes."""
     mean = math.sqrt(length * half)
     for k in range(len(_SHAPES)):
         turn, first, second = _SHAPES[k]
         long, wide = (length, half) if turn == 0.0 else (mean, mean)
-        shapes[k, 1], shapes[k, 2], shapes[k, 3] = y, z, direction + math.pi * turn
-        shapes[k, 4], shapes[k, 5] = first * long, (second * wide) ** 2
+        shape = shapes[k]
+        shape.y, shape.z, shape.direction = y, z, direction + math.pi * turn
+        shape.length, shape.q = first * long, (second * wide) ** 2
 
 
 @compiled(borrows=True)
@@ -109,29 +124,31 @@ def _sides(top, depth, shapes):
         else:
             turn = 0.25 * math.pi
             long = wide = math.sqrt(long * wide)
-        shapes[k, 1], shapes[k, 2] = top.y + along * c - across * s, top.z + along * s + across * c
-        shapes[k, 3], shapes[k, 4], shapes[k, 5] = top.direction + turn, long, wide * wide
+        shape = shapes[k]
+        shape.y, shape.z = top.y + along * c - across * s, top.z + along * s + across * c
+        shape.direction, shape.length, shape.q = top.direction + turn, long, wide * wide
 
 
 @compiled(borrows=True)
 def _marked(w, search, shapes, fits):
     """Mark shapes with what they explain."""
     trial = fits[fits.size - 1]
-    for k in range(shapes.shape[0]):
-        at = RectangleAt(shapes[k, 1], shapes[k, 2], shapes[k, 3], shapes[k, 4], shapes[k, 5], 0.0, 0.0)
-        project(w, search.model, search.limits, at, trial)
-        shapes[k, 0] = trial.explained
+    for k in range(shapes.size):
+        project(w, search.model, search.limits, _at(shapes[k]), trial)
+        shapes[k].mark = trial.explained
 
 
 @compiled(borrows=True)
 def _from_best(w, search, shapes, most, fits, count):
     """Climb from the shapes of the highest mark, into the fits behind `count`; how many there are then."""
     trial = fits[fits.size - 1]
-    for _ in range(min(most, shapes.shape[0])):
-        k = np.argmax(shapes[:, 0])
-        shapes[k, 0] = -1.0
-        at = RectangleAt(shapes[k, 1], shapes[k, 2], shapes[k, 3], shapes[k, 4], shapes[k, 5], 0.0, 0.0)
-        climb(w, search.model, search.limits, search.box, at, _FINE, fits[count], trial)
+    for _ in range(min(most, shapes.size)):
+        best = 0
+        for k in range(1, shapes.size):
+            if shapes[k].mark > shapes[best].mark:
+                best = k
+        climb(w, search.model, search.limits, search.box, _at(shapes[best]), _FINE, fits[count], trial)
+        shapes[best].mark = -1.0
         count += 1
     return count
 
@@ -152,9 +169,8 @@ def _scanned(w, search, shapes, fits, count):
             explained = one * one + two * two + three * three
             if one > 0.0 and explained > most:
                 best, most = k, explained
-        shapes[c, 0] = most
-        for e in range(5):
-            shapes[c, 1 + e] = bank.shapes[best, e]
+        shapes[c] = bank.shapes[best]
+        shapes[c].mark = most
     return _from_best(w, search, shapes[: bank.classes.size - 1], _SCANNED, fits, count)
 
 
@@ -163,9 +179,8 @@ def fill_bank(shapes, model, basis):
     """Fill the `basis` of a `PatchBank` for its `shapes`; model: without its scratch."""
     n, (points, along, across, depth, _, _) = basis.shape[2], model
     mine = RectangleModel(in_room(points, n), along, across, depth, 0.0, np.empty((ROWS, n)))
-    for k in range(shapes.shape[0]):
-        at = RectangleAt(shapes[k, 0], shapes[k, 1], shapes[k, 2], shapes[k, 3], shapes[k, 4], 0.0, 0.0)
-        rectangle_field(mine, at)
+    for k in range(shapes.size):
+        rectangle_field(mine, _at(shapes[k]))
         for row in range(3):
             one = mine.rows[row]
             for before in range(row):
@@ -193,14 +208,17 @@ def _best_of(fits, count):
 
 
 @compiled(borrows=True)
-def _weighted(fit, box):
-    """Add what is known of the unknowns before a reading: each as likely all over its range, or held."""
-    fit.u_direction_direction += _ANY if box[5] > box[4] else _HELD
-    long2 = box[7] * box[7] - box[6] * box[6]  # of the square, as of the width
-    fit.u_length_length += 48.0 * fit.length * fit.length / long2**2 if long2 > 0.0 else _HELD
-    fit.u_q_q += 12.0 / (box[9] - box[8]) ** 2 if box[9] > box[8] else _HELD
-    fit.u_lean_lean += 3.0 if box[11] > box[10] else _HELD
-    fit.u_tilt_tilt += 3.0 if box[13] > box[12] else _HELD
+def _weighted(fit, low, high):
+    """Add what is known of the unknowns before a reading: each as likely all over its range, or held.
+
+    Of the length, as of the width, that is its square.
+    """
+    fit.u_direction_direction += _ANY if high.direction > low.direction else _HELD
+    long2, wide2 = high.length * high.length - low.length * low.length, high.q - low.q
+    fit.u_length_length += 48.0 * (fit.length / long2) ** 2 if long2 > 0.0 else _HELD
+    fit.u_q_q += 12.0 / (wide2 * wide2) if wide2 > 0.0 else _HELD
+    fit.u_lean_lean += 3.0 if high.lean > low.lean else _HELD
+    fit.u_tilt_tilt += 3.0 if high.tilt > low.tilt else _HELD
 
 
 @compiled(borrows=True)
@@ -210,8 +228,8 @@ def _said(fit, row):
 
 
 @compiled(borrows=True)
-def _frame(w, total, start, search, fits, shapes, marks, none, row):
-    depth = search.model.depth
+def _frame(w, start, search, fits, shapes, marks, none, row):
+    depth, low, high = search.model.depth, search.low, search.high
     y, z, mean = start.y, start.z, 0.5 * (start.yy + start.zz)
     length = half = depth
     direction = 0.0
@@ -220,8 +238,13 @@ def _frame(w, total, start, search, fits, shapes, marks, none, row):
         direction = 0.5 * math.atan2(2.0 * start.yz, start.yy - start.zz)
         length, half = math.sqrt(3.0 * max(mean + root, 0.0)), math.sqrt(3.0 * max(mean - root, 0.0))
     else:
-        y, z = 0.5 * (search.box[0] + search.box[1]), 0.5 * (search.box[2] + search.box[3])
-    length, half = max(length, 0.15 * depth), max(half, 0.15 * depth)
+        y, z = 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)
+    length, half = max(length, _SMALL * depth), max(half, _SMALL * depth)
+    if math.isfinite(low.direction):  # a direction that is known tells one side from the other
+        quarter = np.rint((direction - 0.5 * (low.direction + high.direction)) / (0.5 * math.pi))
+        direction -= 0.5 * math.pi * quarter
+        if quarter % 2.0 != 0.0:
+            length, half = half, length
     count = best = 0
     marks[:] = 0.0
     for turn in range(_ROUNDS):
@@ -243,8 +266,6 @@ def _frame(w, total, start, search, fits, shapes, marks, none, row):
         best = _best_of(fits, count)
         if turn > 0 and fits[best].left < search.usual:
             break
-        top = fits[best]
-        y, z, direction, length, half = top.y, top.z, top.direction, top.length, math.sqrt(top.q)
     top = fits[best]
     row.residual = top.left
     bound = search.largest + search.error * (top.n * top.n + top.ty * top.ty + top.tz * top.tz)
@@ -256,9 +277,9 @@ def _frame(w, total, start, search, fits, shapes, marks, none, row):
     second, far = -1, _LIKE * top.n
     for p in range(count):
         away = abs(fits[p].y - top.y) + abs(fits[p].z - top.z)
-        if away > _LIKE * depth or abs(fits[p].n - top.n) > far:
-            if second < 0 or fits[p].explained > fits[second].explained:
-                second = p
+        other = away > _LIKE * depth or abs(fits[p].n - top.n) > far
+        if other and (second < 0 or fits[p].explained > fits[second].explained):
+            second = p
     if second >= 0:
         rival = fits[second]
         row.rival_y, row.rival_z, row.rival_direction = rival.y, rival.z, rival.direction
@@ -267,7 +288,7 @@ def _frame(w, total, start, search, fits, shapes, marks, none, row):
         row.rival_chi2 = top.explained - rival.explained
         if row.rival_chi2 < search.ambiguity:
             row.status = _AMBIGUOUS
-    _weighted(top, search.box)
+    _weighted(top, search.low, search.high)
     covariance(top, search.limits, none, row.covariance)
 
 
@@ -278,17 +299,20 @@ def fit_patches(readings, sensors, starts, search, out):
     readings (f, n), raw; sensors (4, n) as of `whitened`; starts (f,): a centre, and second moments about it over the
     force, NaN where there is none; search: a `PatchSearch` without names and scratch.
     """
-    n, model, bank, limits = readings.shape[1], search[0], PatchBank(*search[1]), search[2]
-    points, along, across, depth, leans, _ = model
-    mine = RectangleModel(in_room(points, n), along, across, depth, leans, np.empty((ROWS, n)))
-    whole = PatchSearch(mine, bank, Limits(*limits), search[3], search[4], search[5], search[6], search[7], search[8])
+    n = readings.shape[1]
+    of, its_bank, its_limits, detection, largest, usual, ambiguity, error, box, low, high = search
+    points, along, across, depth, leans, _ = of
+    model = RectangleModel(in_room(points, n), along, across, depth, leans, np.empty((ROWS, n)))
+    bank, limits = PatchBank(*its_bank), Limits(*its_limits)
+    whole = PatchSearch(
+        model, bank, limits, detection, largest, usual, ambiguity, error, box, RectangleAt(*low), RectangleAt(*high)
+    )
     w, fits = np.empty(n), np.zeros(_TOPS + _SCANNED + (_ROUNDS - 1) * _GROUPS + 1, FIT)
-    shapes = np.empty((max(len(_SHAPES), _MOVES, bank.classes.size - 1), 6))
-    none, marks = np.zeros(28), np.zeros(fits.size)
+    shapes = np.empty(max(len(_SHAPES), _MOVES, bank.classes.size - 1), SHAPE)
+    none, marks = np.zeros(_ALONE), np.zeros(fits.size)
     for f in range(readings.shape[0]):
         row = out[f]
-        total = whitened(readings[f], sensors, w)
-        if total < MOST_CHI2:
-            _frame(w, total, starts[f], whole, fits, shapes, marks, none, row)
+        if whitened(readings[f], sensors, w) < MOST_CHI2:
+            _frame(w, starts[f], whole, fits, shapes, marks, none, row)
         else:
             row.status = _PENDING

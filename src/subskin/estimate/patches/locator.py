@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...radial import tabulate_radial
@@ -17,7 +16,7 @@ from ..answer import Status
 from ..area.judge import plain
 from ..area.locator import LocalLocator
 from ..area.point import tabulated
-from ..area.rectangle import RectangleModel, rules
+from ..area.rectangle import RULE_ERROR, RectangleAt, RectangleModel, rules
 from ..area.search import reach_of, search_of
 from ..frames import sensor_rows
 from ..layout import LEANING, PATCH
@@ -26,16 +25,23 @@ from ..varpro import Limits
 
 __all__ = ["PatchLocator"]
 
-PRESSURES = ("even", "linear", "punch")
+PRESSURES = {"even": PATCH, "linear": LEANING, "punch": PATCH}
+"""Layouts, by the name of a pressure."""
 _FLAT, _STEPS = 0.9, 40
 """Share of a punch's half side that is flat; and steps by which it is pressed in."""
 _VAGUE, _APART = 0.3, 1.0
 """Standard deviations, over the normal force and over the depth, from which an answer is AMBIGUOUS."""
 
 
-_RATIO, _STEP, _LEAST, _MOST = 0.5, 0.6, 0.5, 400_000
-"""Of rectangles to start from: how their sides grow, steps in half widths, but at least so many depths; readings."""
+_LEAST = 0.1
+"""Depths up to which half widths are not looked for, if nothing is said."""
+_GROWS, _LONGEST, _STEP, _MOST = 0.5, 12.0, 0.6, 400_000
+"""Of rectangles to start from, in depths: how much longer each side is than the one before, and the longest; the step
+of their middles; and how many readings of them are kept."""
+_KNOWN = 1e-150
+"""Variance of what is held."""
 _USUAL, _INSIDE = 0.02, 0.98
+"""Chance that noise leaves more than what ends the search; share of the largest side from which it may be larger."""
 _COUNT = 10
 _UPPER = np.triu_indices(_COUNT)
 """Unknowns and components of the loop, and where a square has their covariance."""
@@ -63,23 +69,62 @@ def _punch() -> tuple[FloatArray, FloatArray]:
 
 
 class PatchLocator(LocalLocator):
-    """doc."""
+    """Finds the rectangle that presses in frames of readings: position, forces, both half widths and its turn.
+
+    The drag is in proportion to the pressure. Climbs start from the resultant and from a bank of rectangles
+    (docs/patches.md).
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, on an area, each sensor with its noise.
+    search : ((float, float), (float, float)), optional
+        Where its middle may be, y and z [m]; by default up to 1.5 depths beyond the outermost sensors.
+    half_width : (float, float) or ((float, float), (float, float)), optional
+        Least and largest half width [m], or those of one side and of the other: with a `turn`, of that turned from y
+        and of that turned from z. Twice the same where it is known. By default from a tenth of the least depth to half
+        the longer side of the search.
+    turn : float or (float, float), optional
+        By how much it is turned, from +y towards +z [rad], or a range of it; any, if nothing is said.
+    pressure : {"even", "linear", "punch"}, optional
+        Even; linear along both sides, with two unknowns more; or that of a flat punch with rounded edges, nine tenths
+        of which are flat.
+    options
+        `friction`, `false_alarm`, `ambiguity`, `outliers`, as of `AreaLocator`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As of `AreaLocator`; half widths or turns out of order, another pressure.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.grid((4, 4), pitch=4e-3, depth=2.5e-3, noise=2e-4)
+    >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> locator = finger.locator("patch", turn=0.0)
+    >>> locator.unknowns, locator.half_width.round(5).tolist()
+    (7, [[0.00025, 0.00975], [0.00025, 0.00975]])
+    """
+
+    takes_doubt = False
 
     def __init__(
-        self, finger: Finger, search: Any, half_width: Any, turn: Any, pressure: str, *, friction: float,
-        false_alarm: float, ambiguity: float, outliers: int,
+        self, finger: Finger, search: Any = None, half_width: Any = None, turn: Any = None, pressure: str = "even", *,
+        friction: float = 1.0, false_alarm: float = 1e-6, ambiguity: float = 13.8, outliers: int = 0,
     ) -> None:  # fmt: skip
         array, depth = finger.array, float(np.asarray(finger.array.depth).min())
         box, _ = search_of(array, search)
+        _check.choice("pressure", pressure, PRESSURES)
         largest = 0.5 * float(np.ptp(box, axis=1).max())
-        sides = np.array([(0.1 * depth, largest)] * 2) if half_width is None else half_width
-        turns = (-np.inf, np.inf) if turn is None else turn
+        sides, turns = _sides(half_width, (_LEAST * depth, largest)), _turns(turn)
         lean = (-1.0, 1.0) if pressure == "linear" else (0.0, 0.0)
-        self.layout = LEANING if pressure == "linear" else PATCH
+        self.layout = PRESSURES[pressure]
         self._ends = np.array([*box.reshape(-1), *turns, *sides[0], *np.square(sides[1]), *lean, *lean])
         self._finger, self._depth, self.pressure, self.half_width = finger, depth, pressure, sides
         self._reach = reach_of(array, box, float(np.hypot(*sides[:, 1])))
         held = int((self._ends[1::2] == self._ends[::2])[2:5].sum())
+        self._straight = 0.5 * (turns[0] + turns[1]) if np.isfinite(turns[0]) else 0.0
         self._starts = _Extents(finger)
         more = 3 + 2 * (pressure == "linear") - held
         super().__init__(
@@ -103,29 +148,35 @@ class PatchLocator(LocalLocator):
         model = RectangleModel(points, along, across, self._depth, leans, np.empty((0, 0)))
         middle = np.array([[np.mean(ends) for ends in self.search]])
         strongest = np.abs(self.response.select(pattern)(middle) / np.asarray(array.noise)[:, None]).max()
+        most, usual = (self._left(len(array), chance) for chance in (self._false_alarm, _USUAL))
+        wrong = float(len(array) * ((error + RULE_ERROR) * strongest) ** 2)
         search = PatchSearch(
-            model, self._bank(model, len(array)), Limits(self.friction), self._detection, self._left(len(array), self._false_alarm),
-            self._left(len(array), _USUAL), self._ambiguity, float(len(array) * ((error + 3e-5) * strongest) ** 2), self._ends,
+            model, self._bank(model, len(array)), Limits(self.friction), self._detection, most, usual, self._ambiguity,
+            wrong, self._ends, RectangleAt(*self._ends[::2].tolist()), RectangleAt(*self._ends[1::2].tolist()),
         )  # fmt: skip
         return sensor_rows(array), pattern, plain(search)
 
-    def _bank(self, model: RectangleModel, sensors: int) -> PatchBank:
+    def _bank(self, model: RectangleModel, sensors: int) -> Any:
         """Rectangles to start from, the largest first, as many as are looked at in good time."""
-        from .kernel import PatchBank, fill_bank
+        from .kernel import SHAPE, PatchBank, fill_bank
 
         box, depth, (long, wide) = np.array(self.search), self._depth, self.half_width
         parts: list[FloatArray] = []
-        sides = depth * np.arange(_RATIO, 12, _RATIO)
+        known = bool(np.isfinite(self._ends[4]))
+        sides = depth * np.arange(_GROWS, _LONGEST, _GROWS)
         for half in np.unique(np.clip(sides, *wide))[::-1]:
             step = _STEP * depth
-            axes = [np.linspace(*ends, max(int(np.ceil(np.ptp(ends) / step)), 1) + 1)[1:-1] for ends in box]
+            axes = [np.linspace(ends[0], ends[1], max(int(np.ceil(np.ptp(ends) / step)), 1) + 1)[1:-1] for ends in box]
             at = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-            for length in np.unique(np.clip(sides[sides >= 0.99 * half], *long)):
-                for turn in np.arange(2 if length < 1.2 * half else 4) * 0.25 * np.pi:
+            # of a direction that may be any, the longer side is the length
+            for length in np.unique(np.clip(sides if known else sides[sides >= 0.99 * half], *long)):
+                for turn in [self._straight] if known else np.arange(2 if length < 1.2 * half else 4) * 0.25 * np.pi:
                     parts.append(np.column_stack([at, np.tile([turn, length, half**2], (len(at), 1))]))
             if sum(len(part) for part in parts) * sensors > _MOST:
                 break
-        shapes = np.concatenate(parts)
+        shapes = np.zeros(sum(len(part) for part in parts), SHAPE)
+        for name, values in zip(("y", "z", "direction", "length", "q"), np.concatenate(parts).T, strict=True):
+            shapes[name] = values
         basis = np.empty((len(shapes), 3, sensors), np.float32)
         fill_bank(shapes, plain(model), basis)
         return PatchBank(np.cumsum([0, *(len(part) for part in parts)]), shapes, basis)
@@ -141,7 +192,7 @@ class PatchLocator(LocalLocator):
         asked = table[:, self._starts.layout.columns :]
         with np.errstate(invalid="ignore"):
             start["y"], start["z"] = asked[:, 3] / asked[:, 0], asked[:, 4] / asked[:, 0]
-            for k, (one, two) in enumerate(("yy", "yz", "zz")):
+            for k, (one, two) in enumerate((("y", "y"), ("y", "z"), ("z", "z"))):
                 start[one + two] = asked[:, 6 + k] / asked[:, 0] - start[one] * start[two]
         found = np.full(len(frames), np.nan, FOUND)
         found["rival_chi2"] = np.inf
@@ -152,13 +203,14 @@ class PatchLocator(LocalLocator):
         """What the loop found, in the columns of the layout."""
         at, square = self.layout, np.zeros((len(found), _COUNT, _COUNT))
         square[:, *_UPPER] = square[:, *_UPPER[::-1]] = found["covariance"]
-        values, slopes = _as_patch(found, "", self.layout is LEANING)
+        values, slopes = _as_patch(found, "", self.layout.leaning, self._straight)
         out[:, : at.unknowns] = values
         with np.errstate(invalid="ignore"):
             square = slopes @ square @ np.swapaxes(slopes, 1, 2)
+        square[np.abs(square) < _KNOWN] = 0.0
         out[:, at.covariance : at.residual] = square[:, *np.triu_indices(at.unknowns)]
         out[:, at.residual] = found["residual"]
-        out[:, at.rival : at.rival_chi2] = _as_patch(found, "rival_", self.layout is LEANING)[0]
+        out[:, at.rival : at.rival_chi2] = _as_patch(found, "rival_", self.layout.leaning, self._straight)[0]
         out[:, at.rival_chi2] = found["rival_chi2"]
         out[:, at.status] = found["status"]
         std = np.sqrt(np.diagonal(square, axis1=1, axis2=2))
@@ -175,16 +227,37 @@ class PatchLocator(LocalLocator):
         out[unsure, at.status] = Status.AMBIGUOUS
 
 
-def _as_patch(found: Any, of: str, leans: bool) -> tuple[FloatArray, FloatArray]:
+def _sides(given: Any, usual: tuple[float, float]) -> FloatArray:
+    """Ends of both half widths, (2, 2)."""
+    sides = np.array(_check.real("half_width", usual if given is None else given, unit="m", above=0.0))
+    if sides.shape not in ((2,), (2, 2)) or not (sides[..., 0] <= sides[..., 1]).all():
+        rule = "ascending half widths are needed, of both sides or of each"
+        fix = "half_width=(1e-3, 5e-3), or half_width=((1e-3, 5e-3), (2e-3, 2e-3))"
+        raise InvalidValueError(f"half_width = {_check.shown(given)} of a patch", rule, fix)
+    return np.array(np.broadcast_to(sides, (2, 2)))
+
+
+def _turns(given: Any) -> tuple[float, float]:
+    """Ends of the turn."""
+    if given is None:
+        return -np.inf, np.inf
+    turns = _check.real("turn", given, unit="rad", fix="angles are in radians: np.deg2rad(30)")
+    if turns.shape not in ((), (2,)) or not 0 <= float(turns.flat[-1] - turns.flat[0]) < 0.5 * np.pi:
+        rule = "a turn, or two that ascend by less than a quarter of a full one, are needed [rad]"
+        raise InvalidValueError(f"turn = {_check.shown(given)}", rule, "turn=0.0, or turn=(-0.2, 0.2)")
+    return float(turns.flat[0]), float(turns.flat[-1])
+
+
+def _as_patch(found: Any, of: str, leans: bool, straight: float) -> tuple[FloatArray, FloatArray]:
     """Unknowns of a layout (f, k), of the best or the "rival_"; and how they go with `UNKNOWNS`, (f, k, 10).
 
-    The side that is nearest to y is the first one: the turn is an eighth of a full one at most.
+    The side that is nearest to the direction `straight` is the first one.
     """
     from .kernel import UNKNOWNS
 
     y, z, direction, long, q, lean, tilt, n, ty, tz = (found[of + name] for name in UNKNOWNS)
     with np.errstate(invalid="ignore"):
-        wide, quarter = np.sqrt(q), np.rint(direction / (0.5 * np.pi))
+        wide, quarter = np.sqrt(q), np.rint((direction - straight) / (0.5 * np.pi))
     turned = np.where(np.isnan(quarter), 0, quarter).astype(int) % 4
     k, odd = 8 + 2 * leans, turned % 2 == 1
     values, slopes = np.empty((len(found), k)), np.zeros((len(found), k, _COUNT))

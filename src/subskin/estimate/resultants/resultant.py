@@ -186,7 +186,12 @@ class ResultantReader(Framewise):
             drift = told.of("offset", pattern.size)[pattern]
             array = replace(array, noise=np.hypot(told.noise * np.asarray(array.noise), drift))
         most = float(chdtri(int(pattern.sum()), _FALSE_ALARM))
-        return sensor_rows(array), *bank_of(self._finger, pattern, np.asarray(array.noise), self._extent), most, self._box
+        return (
+            sensor_rows(array),
+            *bank_of(self._finger, pattern, np.asarray(array.noise), self._extent),
+            most,
+            self._box,
+        )
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         columns = self.layout.columns
