@@ -212,7 +212,7 @@ def judge_frames(
         out[i, CUT_OFF] = found and math.isfinite(widest) and abs(t) >= widest * n * (1 - EDGE)
         out[i, VERDICT], out[i, UNSURE] = CANNOT_TELL, 0.0
         # where the estimator was told that there is no friction, the drag was not measured
-        if not (found and math.isfinite(n + t + nn + nt + tt) and tt > 0 and n > 0):
+        if not (found and abs(n + t + nn + nt + tt) < math.inf and tt > 0 and n > 0):
             continue
         if out[i, CUT_OFF] and widest < most:
             continue

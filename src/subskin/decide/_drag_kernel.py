@@ -288,7 +288,7 @@ def drag_frames(table, columns, widest, mean, covariance, told, edge):
         mean[f, 0], mean[f, 1], mean[f, 2] = n, drag, 0.0
         found = row[status] == OK or row[status] == AMBIGUOUS
         # where the estimator was told that there is no friction, the drag was not measured
-        told[f] = found and math.isfinite(total) and covariance[f, 1, 1] > 0.0
+        told[f] = found and abs(total) < math.inf and covariance[f, 1, 1] > 0.0
         edge[f] = found and math.isfinite(widest) and drag >= widest * n * (1.0 - EDGE)
 
 

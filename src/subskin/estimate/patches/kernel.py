@@ -39,9 +39,9 @@ FOUND = np.dtype(
 )
 """What is filled of a frame: unknowns and components, the upper triangle of their covariance, and of the rival."""
 _FINE = Ending(0.003)
-_TOPS = 2
+_TOPS = 3
 """Shapes that are climbed from, each time."""
-_ROUNDS, _SCANNED = 8, 4
+_ROUNDS, _SCANNED = 8, 6
 _MOVED = (0.4, 0.8, -0.4, -0.8, -9.0)
 _GROUPS, _MOVES = len(_MOVED) + 1, 4 * len(_MOVED) + 3
 _SHAPES = (
@@ -154,9 +154,9 @@ def _from_best(w, search, shapes, most, fits, count):
 
 
 @compiled(borrows=True)
-def _scanned(w, search, shapes, fits, count):
-    """Climb from the rectangles of the bank that explain most, each of another size or turn."""
-    bank, n = search.bank, w.size
+def _scanned(w, bank, shapes):
+    """Of each size and turn in the bank the rectangle that explains most, into shapes, marked with that."""
+    n = w.size
     for c in range(bank.classes.size - 1):
         best, most = bank.classes[c], np.float32(0.0)
         for k in range(bank.classes[c], bank.classes[c + 1]):
@@ -171,7 +171,6 @@ def _scanned(w, search, shapes, fits, count):
                 best, most = k, explained
         shapes[c] = bank.shapes[best]
         shapes[c].mark = most
-    return _from_best(w, search, shapes[: bank.classes.size - 1], _SCANNED, fits, count)
 
 
 @compiled()
@@ -233,7 +232,7 @@ def _frame(w, start, search, fits, shapes, marks, none, row):
     y, z, mean = start.y, start.z, 0.5 * (start.yy + start.zz)
     length = half = depth
     direction = 0.0
-    if math.isfinite(mean):
+    if not math.isnan(start.y):
         root = math.hypot(0.5 * (start.yy - start.zz), start.yz)
         direction = 0.5 * math.atan2(2.0 * start.yz, start.yy - start.zz)
         length, half = math.sqrt(3.0 * max(mean + root, 0.0)), math.sqrt(3.0 * max(mean - root, 0.0))
@@ -252,7 +251,9 @@ def _frame(w, start, search, fits, shapes, marks, none, row):
             _shapes(y, z, direction, length, half, shapes)
             _marked(w, search, shapes[: len(_SHAPES)], fits)
             count = _from_best(w, search, shapes[: len(_SHAPES)], _TOPS, fits, count)
-            count = _scanned(w, search, shapes, fits, count)
+            if fits[_best_of(fits, count)].left > search.usual:
+                _scanned(w, search.bank, shapes)
+                count = _from_best(w, search, shapes[: search.bank.classes.size - 1], _SCANNED, fits, count)
         else:
             base, most = 0, -1.0
             for p in range(count):  # the best that was not yet tried from
@@ -308,7 +309,7 @@ def fit_patches(readings, sensors, starts, search, out):
         model, bank, limits, detection, largest, usual, ambiguity, error, box, RectangleAt(*low), RectangleAt(*high)
     )
     w, fits = np.empty(n), np.zeros(_TOPS + _SCANNED + (_ROUNDS - 1) * _GROUPS + 1, FIT)
-    shapes = np.empty(max(len(_SHAPES), _MOVES, bank.classes.size - 1), SHAPE)
+    shapes = np.empty(max(len(_SHAPES), bank.classes.size - 1, _MOVES), SHAPE)
     none, marks = np.zeros(_ALONE), np.zeros(fits.size)
     for f in range(readings.shape[0]):
         row = out[f]
