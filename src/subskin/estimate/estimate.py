@@ -81,6 +81,14 @@ class _Found(Frozen):
             return None
         return np.concatenate([self._sides(3, 2), np.zeros((*self.table.shape[:-1], 1))], axis=-1)
 
+    @property
+    def hollow(self) -> FloatArray | None:
+        """Of a patch as of a punch by how much less it presses in its middle than at the edges' middles, over the mean.
+
+        The pressure is 1 + hollow (u^2 + v^2 - 2/3) at (u, v) half widths, over its mean. None of other contacts.
+        """
+        return self._sides(3, 1)[..., 0] if self.layout.hollow else None
+
     def _sides(self, first: int, count: int) -> FloatArray:
         """What stands behind the components of a patch."""
         at = self._first + self.layout.components + 3 + first
@@ -189,7 +197,7 @@ class Estimate(_Found, OfReadings):
         """Inverse Fisher information of position, force, angle, half width and moment, (..., k, k).
 
         On an area position (y, z) and azimuth count two and one more; what is not an unknown is not there. Of a patch
-        both half widths, the turn and the first two slopes come behind.
+        both half widths, the turn, and the first two slopes or `hollow`, come behind.
         """
         return polar_covariance(self.components, self.table[..., self.layout.square])
 
@@ -248,6 +256,8 @@ class Estimate(_Found, OfReadings):
             found.append(("turn", self.turn, _DEGREE, "deg"))
         if self.slopes is not None:
             found += [(f"slope_{'yz'[k]}", self.slopes[..., k], 1 / _MM, "/mm") for k in range(2)]
+        if self.hollow is not None:
+            found.append(("hollow", self.hollow, 1.0, ""))
         if self.moment is not None:
             found.append(("moment", self.moment, _MM, f"{self.force_unit} mm"))
         return found

@@ -14,6 +14,7 @@ from .._frozen import Frozen
 __all__ = [
     "AREA",
     "BESIDE",
+    "HOLLOW",
     "LEANING",
     "LINE",
     "ON_ROW",
@@ -54,6 +55,8 @@ class Layout(Frozen):
         Whether it is a rectangle: with half its sides, nearest y and nearest z, and its turn.
     leaning : bool
         Whether its slopes along these are among the unknowns.
+    hollow : bool
+        Whether by how much less it presses in the middle is among them.
 
     Examples
     --------
@@ -68,6 +71,7 @@ class Layout(Frozen):
     sized: bool = False
     sides: bool = False
     leaning: bool = False
+    hollow: bool = False
     record: np.dtype[np.void] = field(init=False)
     """The same columns as fields, which compiled loops fill by name: `layout.named(table)`."""
     components: int = field(init=False)
@@ -85,6 +89,7 @@ class Layout(Frozen):
         contact = ["y", "n", "t"] if self.dim == 1 else ["y", "z", "n", "ty", "tz"]
         contact += ["half_width"] * self.wide + ["moment"] * self.twist
         contact += ["half_y", "half_z", "turn"] * self.sides + ["slope_y", "slope_z"] * self.leaning
+        contact += ["hollow"] * self.hollow
         k = len(contact)
         fields = [*contact, "covariance", *["low", "high"] * self.wide, "residual"]
         fields += [*(f"rival_{name}" for name in contact), "rival_chi2", "status", *["size"] * self.sized]
@@ -142,7 +147,8 @@ SIZED, SIZED_LINE = Layout(dim=2, sized=True), Layout(sized=True)
 ON_ROW, SIZED_ON_ROW = Layout(aside=True), Layout(aside=True, sized=True)
 SIZED_BESIDE = Layout(wide=True, aside=True, sized=True)
 PATCH, LEANING = Layout(dim=2, sides=True), Layout(dim=2, sides=True, leaning=True)
+HOLLOW = Layout(dim=2, sides=True, hollow=True)
 """Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, of one
 that twists as well; of a point load or a round touch where a point does not explain the readings, and of a line load or
 a roller's contact likewise; of a point load on a row, and of a ball's contact there, or beside it,
-likewise; of a patch, and of one whose pressure is linear."""
+likewise; of a patch, of one whose pressure is linear, and of one that may be hollow."""

@@ -1,6 +1,6 @@
 """Compiled: a rectangle, as the fitting kernel wants it: a patch, or, where it is narrow, an edge.
 
-A force is spread over a rectangle, evenly or not, by a rule of Gauss's along its sides and across, over point loads
+A force is spread over a rectangle, evenly or not, by Gauss and Legendre's rule along and across, over point loads
 (`point.py`). After half a turn a rectangle is the same. Readings are smooth in the square of the half width.
 """
 
@@ -16,11 +16,11 @@ from ..._compiled import compiled
 from ..varpro import kernel
 from .point import Point, PointModel, point_field, read
 
-ROWS = 24
+ROWS = 27
 """Rows of scratch a sensor needs: readings under N, Ty and Tz, and their slopes in each unknown."""
 _FEWEST = 2
 """Least number of nodes along a side: then readings depend on its length."""
-_Y, _Z, _TURN, _LENGTH, _Q, _LEAN, _TILT = range(3, ROWS, 3)
+_Y, _Z, _TURN, _LENGTH, _Q, _LEAN, _TILT, _HOLLOW = range(3, ROWS, 3)
 """Rows at which slopes in these begin."""
 RULE_ERROR = 3e-5
 """Error of the rule, as a share of the reading."""
@@ -29,7 +29,8 @@ RULE_ERROR = 3e-5
 class RectangleAt(NamedTuple):
     """The middle of a rectangle [m], its direction [rad], half length [m], and the square of its half width [m2].
 
-    lean, tilt: by how much the pressure is more at the end of the length, and of the width, than in the middle [-].
+    lean, tilt, hollow: of the pressure 1 + lean u + tilt v + hollow (u^2 + v^2 - 2/3), over its mean, at (u, v) of half
+    the length and the width [-].
     """
 
     y: float
@@ -39,48 +40,34 @@ class RectangleAt(NamedTuple):
     q: float
     lean: float
     tilt: float
+    hollow: float
 
 
 class RectangleModel(NamedTuple):
     """Some sensors, and what they read of rectangles.
 
     points: of point loads; along, across (k + 1, 2, k): nodes on (-1, 1) and weights, whose sum is 2, of so many nodes;
-    depth: the least one; leans: 1 where slopes in lean and tilt are asked for, else 0; rows (ROWS, n): scratch.
+    depth: the least one; uneven: 1 where slopes in lean, tilt and hollow are asked for, else 0; rows (ROWS, n):
+    scratch.
     """
 
     points: PointModel
     along: FloatArray
     across: FloatArray
     depth: float
-    leans: float
+    uneven: float
     rows: FloatArray
 
 
-def rules(half: float, depth: float, profile: tuple[FloatArray, FloatArray] | None = None) -> FloatArray:
-    """Rules for sides up to `half` [m], over the least `depth` [m], as `RectangleModel` has them.
-
-    Parameters
-    ----------
-    half, depth : float
-        The longest half side, and the shallowest sensor [m].
-    profile : (ndarray, ndarray), optional
-        Many points of (-1, 1), and what the pressure has there; even in them, and alike if it is left out.
-    """
-    at, mass = np.polynomial.legendre.leggauss(_DENSE) if profile is None else profile
+def rules(half: float, depth: float) -> FloatArray:
+    """Gauss and Legendre's rules for sides up to `half` [m], the least `depth` [m] above sensors, as of a model."""
     largest = _needed(half, depth)
     out = np.zeros((largest + 1, 2, largest))
-    root, before, beta = np.sqrt(mass / mass.sum()), np.zeros_like(at), list[float]()
-    for count in range(1, largest + 1):  # Lanczos: polynomials that are orthogonal under the profile
-        t, turned = np.linalg.eigh(np.diag(beta, 1) + np.diag(beta, -1))
-        out[count, 0, :count], out[count, 1, :count] = t, 2 * turned[0] ** 2
-        after = at * root - (beta[-1] if beta else 0.0) * before
-        beta.append(float(np.linalg.norm(after)))
-        root, before = after / beta[-1], root
+    for count in range(1, largest + 1):
+        out[count, :, :count] = np.polynomial.legendre.leggauss(count)
     return out
 
 
-_DENSE = 200
-"""Nodes by which an even pressure is told."""
 _DIGITS = -0.5 * math.log(RULE_ERROR)
 
 
@@ -90,6 +77,12 @@ def _needed(half: float, depth: float) -> int:
 
 
 _nodes = compiled(inline=True)(_needed)
+
+
+@compiled(inline=True)
+def even(y, z, direction, length, q):
+    """A rectangle whose pressure is even."""
+    return RectangleAt(y, z, direction, length, q, 0.0, 0.0, 0.0)
 
 
 @compiled(borrows=True)
@@ -104,8 +97,9 @@ def rectangle_field(model, at):
             b[row, i] = 0.0
     for p in range(long * wide):
         u, v = model.along[long, 0, p // wide], model.across[wide, 0, p % wide]
-        even = 0.25 * model.along[long, 1, p // wide] * model.across[wide, 1, p % wide]
-        share = even * (1.0 + at.lean * u + at.tilt * v)
+        mean = 0.25 * model.along[long, 1, p // wide] * model.across[wide, 1, p % wide]
+        bowl = u * u + v * v - 2.0 / 3.0
+        share = mean * (1.0 + at.lean * u + at.tilt * v + at.hollow * bowl)
         by, bz = u * at.length * c - v * half * s, u * at.length * s + v * half * c
         point_field(points, Point(at.y + by, at.z + bz))
         wider, longer = 0.5 * share * v / half, share * u
@@ -129,13 +123,16 @@ def rectangle_field(model, at):
             b[_Q, i] += wider * (c * z_n - s * y_n)
             b[_Q + 1, i] += wider * (c * z_y - s * y_y)
             b[_Q + 2, i] += wider * (c * z_z - s * y_z)
-            if model.leans > 0.0:
-                b[_LEAN, i] += even * u * r_n
-                b[_LEAN + 1, i] += even * u * r_y
-                b[_LEAN + 2, i] += even * u * r_z
-                b[_TILT, i] += even * v * r_n
-                b[_TILT + 1, i] += even * v * r_y
-                b[_TILT + 2, i] += even * v * r_z
+            if model.uneven > 0.0:
+                b[_LEAN, i] += mean * u * r_n
+                b[_LEAN + 1, i] += mean * u * r_y
+                b[_LEAN + 2, i] += mean * u * r_z
+                b[_TILT, i] += mean * v * r_n
+                b[_TILT + 1, i] += mean * v * r_y
+                b[_TILT + 2, i] += mean * v * r_z
+                b[_HOLLOW, i] += mean * bowl * r_n
+                b[_HOLLOW + 1, i] += mean * bowl * r_y
+                b[_HOLLOW + 2, i] += mean * bowl * r_z
 
 
 FIT, project, slopes, information, keep, climb, covariance = kernel(RectangleAt, rectangle_field, direction=0.5)

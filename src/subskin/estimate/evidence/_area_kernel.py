@@ -17,7 +17,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..area import rectangle, round_contact
 from ..area.point import in_room
-from ..area.rectangle import RectangleAt, RectangleModel
+from ..area.rectangle import RectangleAt, RectangleModel, even
 from ..area.round_contact import RoundAt
 from ..area.round_contact import in_room as contact_in_room
 from ..cone import cofactors
@@ -244,13 +244,13 @@ def _best_top(w, model, limits, box, y, z, tops, scan):
         scan[p, 0] = -1.0
         for length in range(2):
             long = low + (0.2 + 0.5 * length) * (high - low)
-            project_edge(w, model, limits, RectangleAt(y, z, math.pi * p / _TURNS, long, q, 0.0, 0.0), tops[3])
+            project_edge(w, model, limits, even(y, z, math.pi * p / _TURNS, long, q), tops[3])
             if tops[3].explained > scan[p, 0]:
                 scan[p, 0], scan[p, 1] = tops[3].explained, long
     tops[0].explained = -1.0
     for _ in range(_TOPS):
         p = np.argmax(scan[:, 0])
-        start = RectangleAt(y, z, math.pi * p / _TURNS, scan[p, 1], q, 0.0, 0.0)
+        start = even(y, z, math.pi * p / _TURNS, scan[p, 1], q)
         climb_edge(w, model, limits, box, start, _FINE, tops[1], tops[3])
         if tops[1].explained > tops[0].explained:
             keep_edge(tops[1], tops[0])
@@ -266,18 +266,18 @@ def _over_lengths(w, model, limits, box, rule, fits, m, told):
     total, mean, square = -math.inf, 0.0, 0.0
     for side in range(2):
         _, to = _reach(best.length, best.by_length, long, low, high, side)
-        before, last = best.length, RectangleAt(best.y, best.z, best.direction, best.length, best.q, 0.0, 0.0)
+        before, last = best.length, even(best.y, best.z, best.direction, best.length, best.q)
         start = last
         for k in range(nodes.size if to != best.length else 0):
             here = held[_SHORTEST] = held[_LONGEST] = best.length + (to - best.length) * nodes[k]
             climb_edge(w, model, limits, held, start, _FINE, fit, trial)
             log, turn, variance = _at_length(fit, held, limits.friction, rule, m, told)
-            now = RectangleAt(fit.y, fit.z, fit.direction, fit.length, fit.q, 0.0, 0.0)
+            now = even(fit.y, fit.z, fit.direction, fit.length, fit.q)
             on = (best.length + (to - best.length) * nodes[min(k + 1, nodes.size - 1)] - here) / (here - before)
-            start = RectangleAt(  # on along the valley
+            start = even(  # on along the valley
                 now.y + on * (now.y - last.y), now.z + on * (now.z - last.z),
                 now.direction + on * (now.direction - last.direction), now.length + on * (now.length - last.length),
-                now.q + on * (now.q - last.q), 0.0, 0.0,
+                now.q + on * (now.q - last.q),
             )  # fmt: skip
             before, last, turn = here, now, turn - best.direction
             log += math.log(weights[k] * abs(to - best.length) / (high - low))
@@ -293,7 +293,7 @@ def _over_lengths(w, model, limits, box, rule, fits, m, told):
 def weigh_edge(frames, found, model, mu, box, floor, rule, out):
     """Fill out (f,) as `weigh_round` does.
 
-    model: a `RectangleModel` without its scratch; box (14,): ends of its unknowns; floor (f,): log of another kind's
+    model: a `RectangleModel` without its scratch; box (16,): ends of its unknowns; floor (f,): log of another kind's
     evidence.
     """
     limits, n = Limits(mu, 0.0, math.inf), frames.shape[1]
@@ -307,7 +307,7 @@ def weigh_edge(frames, found, model, mu, box, floor, rule, out):
         if not math.isfinite(near.y):
             continue
         if math.isfinite(near.length):
-            at = RectangleAt(near.y, near.z, near.direction, near.length, box[_NARROWEST], 0.0, 0.0)
+            at = even(near.y, near.z, near.direction, near.length, box[_NARROWEST])
             climb_edge(w, mine, limits, box, at, _FINE, best, fits[3])
         else:
             _best_top(w, mine, limits, box, near.y, near.z, fits, scan)

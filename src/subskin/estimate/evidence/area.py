@@ -195,7 +195,7 @@ class AreaEvidence(Weighing):
     def _box_of(self, kind: Kind) -> FloatArray:
         """Ends of the unknowns of a kind: y, z, and the half width's square; of an edge as in `RectangleAt`."""
         of_edge = kind.family in RECTANGLES
-        turned, even = ((-np.inf, np.inf, *kind.half_length), np.zeros(4)) if of_edge else ((), ())
+        turned, even = ((-np.inf, np.inf, *kind.half_length), np.zeros(6)) if of_edge else ((), ())
         return np.array([*self._box.reshape(-1), *turned, *np.square(kind.half_width), *even])
 
     def _of_none(

@@ -22,7 +22,7 @@ from ..varpro import Ending, Limits
 
 __all__ = ["FOUND", "UNKNOWNS", "PatchSearch", "fit_patches"]
 
-SHAPE = np.dtype((np.record, [(name, float) for name in ("mark", "y", "z", "direction", "length", "q")]))
+SHAPE = np.dtype((np.record, [(name, float) for name in ("mark", *RectangleAt._fields)]))
 """A rectangle to climb from, and the chi-square that it explains as it is."""
 UNKNOWNS = (*RectangleAt._fields, "n", "ty", "tz")
 _ALONE = len(RectangleAt._fields) * (len(RectangleAt._fields) + 1) // 2
@@ -43,6 +43,8 @@ _TOPS = 3
 """Shapes that are climbed from, each time."""
 _ROUNDS, _SCANNED = 8, 6
 _MOVED = (0.4, 0.8, -0.4, -0.8, -9.0)
+_MOMENT, _FAR = 4.0 / 45.0, 0.7
+"""How the second moment of a pressure along a side, in half sides, grows as it is hollow; shares of the ends tried."""
 _GROUPS, _MOVES = len(_MOVED) + 1, 4 * len(_MOVED) + 3
 _SHAPES = (
     (0.0, 1.0, 1.0), (0.0, 0.7, 0.7), (0.0, 1.3, 1.3), (0.0, 1.3, 0.75), (0.0, 0.75, 1.3),
@@ -69,7 +71,7 @@ class PatchBank(NamedTuple):
 
 
 class PatchSearch(NamedTuple):
-    """Where rectangles are looked for: settings as of `judge.Settings`, and ends of the unknowns, box (14,).
+    """Where rectangles are looked for: settings as of `judge.Settings`, and ends of the unknowns, box (16,).
 
     usual: chi-square up to which a top is taken for the best one; low, high: the ends by name.
     """
@@ -88,9 +90,8 @@ class PatchSearch(NamedTuple):
 
 
 @compiled(inline=True)
-def _at(shape):
-    """A rectangle whose pressure is even."""
-    return RectangleAt(shape.y, shape.z, shape.direction, shape.length, shape.q, 0.0, 0.0)
+def _of(shape):
+    return RectangleAt(shape.y, shape.z, shape.direction, shape.length, shape.q, shape.lean, shape.tilt, shape.hollow)
 
 
 @compiled(borrows=True)
@@ -103,6 +104,7 @@ def _shapes(y, z, direction, length, half, shapes):
         shape = shapes[k]
         shape.y, shape.z, shape.direction = y, z, direction + math.pi * turn
         shape.length, shape.q = first * long, (second * wide) ** 2
+        shape.lean = shape.tilt = shape.hollow = 0.0
 
 
 @compiled(borrows=True)
@@ -127,6 +129,15 @@ def _sides(top, depth, shapes):
         shape = shapes[k]
         shape.y, shape.z = top.y + along * c - across * s, top.z + along * s + across * c
         shape.direction, shape.length, shape.q = top.direction + turn, long, wide * wide
+        shape.lean, shape.tilt, shape.hollow = top.lean, top.tilt, top.hollow
+
+
+@compiled(borrows=True)
+def _bowl(top, hollow, shape):
+    """A rectangle of the same second moments whose pressure is as hollow."""
+    ratio2 = (1.0 / 3.0 + _MOMENT * top.hollow) / (1.0 / 3.0 + _MOMENT * hollow)
+    shape.y, shape.z, shape.direction, shape.lean, shape.tilt = top.y, top.z, top.direction, top.lean, top.tilt
+    shape.length, shape.q, shape.hollow = top.length * math.sqrt(ratio2), top.q * ratio2, hollow
 
 
 @compiled(borrows=True)
@@ -134,7 +145,7 @@ def _marked(w, search, shapes, fits):
     """Mark shapes with what they explain."""
     trial = fits[fits.size - 1]
     for k in range(shapes.size):
-        project(w, search.model, search.limits, _at(shapes[k]), trial)
+        project(w, search.model, search.limits, _of(shapes[k]), trial)
         shapes[k].mark = trial.explained
 
 
@@ -147,7 +158,7 @@ def _from_best(w, search, shapes, most, fits, count):
         for k in range(1, shapes.size):
             if shapes[k].mark > shapes[best].mark:
                 best = k
-        climb(w, search.model, search.limits, search.box, _at(shapes[best]), _FINE, fits[count], trial)
+        climb(w, search.model, search.limits, search.box, _of(shapes[best]), _FINE, fits[count], trial)
         shapes[best].mark = -1.0
         count += 1
     return count
@@ -179,7 +190,7 @@ def fill_bank(shapes, model, basis):
     n, (points, along, across, depth, _, _) = basis.shape[2], model
     mine = RectangleModel(in_room(points, n), along, across, depth, 0.0, np.empty((ROWS, n)))
     for k in range(shapes.size):
-        rectangle_field(mine, _at(shapes[k]))
+        rectangle_field(mine, _of(shapes[k]))
         for row in range(3):
             one = mine.rows[row]
             for before in range(row):
@@ -218,12 +229,14 @@ def _weighted(fit, low, high):
     fit.u_q_q += 12.0 / (wide2 * wide2) if wide2 > 0.0 else _HELD
     fit.u_lean_lean += 3.0 if high.lean > low.lean else _HELD
     fit.u_tilt_tilt += 3.0 if high.tilt > low.tilt else _HELD
+    bowl = high.hollow - low.hollow
+    fit.u_hollow_hollow += 12.0 / (bowl * bowl) if bowl > 0.0 else _HELD
 
 
 @compiled(borrows=True)
 def _said(fit, row):
     row.y, row.z, row.direction, row.length, row.q = fit.y, fit.z, fit.direction, fit.length, fit.q
-    row.lean, row.tilt, row.n, row.ty, row.tz = fit.lean, fit.tilt, fit.n, fit.ty, fit.tz
+    row.lean, row.tilt, row.hollow, row.n, row.ty, row.tz = fit.lean, fit.tilt, fit.hollow, fit.n, fit.ty, fit.tz
 
 
 @compiled(borrows=True)
@@ -264,6 +277,10 @@ def _frame(w, start, search, fits, shapes, marks, none, row):
             _marked(w, search, shapes[:_MOVES], fits)
             for group in range(_GROUPS):  # of each way of moving a side the best
                 count = _from_best(w, search, shapes[4 * group : min(4 * group + 4, _MOVES)], 1, fits, count)
+            for side in range(2 if high.hollow > low.hollow else 0):
+                _bowl(fits[base], _FAR * (high.hollow if side else low.hollow), shapes[0])
+                shapes[0].mark = 1.0
+                count = _from_best(w, search, shapes[:1], 1, fits, count)
         best = _best_of(fits, count)
         if turn > 0 and fits[best].left < search.usual:
             break
@@ -285,6 +302,7 @@ def _frame(w, start, search, fits, shapes, marks, none, row):
         rival = fits[second]
         row.rival_y, row.rival_z, row.rival_direction = rival.y, rival.z, rival.direction
         row.rival_length, row.rival_q, row.rival_lean, row.rival_tilt = rival.length, rival.q, rival.lean, rival.tilt
+        row.rival_hollow = rival.hollow
         row.rival_n, row.rival_ty, row.rival_tz = rival.n, rival.ty, rival.tz
         row.rival_chi2 = top.explained - rival.explained
         if row.rival_chi2 < search.ambiguity:
@@ -302,13 +320,13 @@ def fit_patches(readings, sensors, starts, search, out):
     """
     n = readings.shape[1]
     of, its_bank, its_limits, detection, largest, usual, ambiguity, error, box, low, high = search
-    points, along, across, depth, leans, _ = of
-    model = RectangleModel(in_room(points, n), along, across, depth, leans, np.empty((ROWS, n)))
+    points, along, across, depth, uneven, _ = of
+    model = RectangleModel(in_room(points, n), along, across, depth, uneven, np.empty((ROWS, n)))
     bank, limits = PatchBank(*its_bank), Limits(*its_limits)
     whole = PatchSearch(
         model, bank, limits, detection, largest, usual, ambiguity, error, box, RectangleAt(*low), RectangleAt(*high)
     )
-    w, fits = np.empty(n), np.zeros(_TOPS + _SCANNED + (_ROUNDS - 1) * _GROUPS + 1, FIT)
+    w, fits = np.empty(n), np.zeros(_TOPS + _SCANNED + (_ROUNDS - 1) * (_GROUPS + 2) + 1, FIT)
     shapes = np.empty(max(len(_SHAPES), bank.classes.size - 1, _MOVES), SHAPE)
     none, marks = np.zeros(_ALONE), np.zeros(fits.size)
     for f in range(readings.shape[0]):

@@ -19,16 +19,14 @@ from ..area.point import tabulated
 from ..area.rectangle import RULE_ERROR, RectangleAt, RectangleModel, rules
 from ..area.search import reach_of, search_of
 from ..frames import sensor_rows
-from ..layout import LEANING, PATCH
+from ..layout import HOLLOW, LEANING, PATCH, Layout
 from ..resultants import ResultantReader
 from ..varpro import Limits
 
 __all__ = ["PatchLocator"]
 
-PRESSURES = {"even": PATCH, "linear": LEANING, "punch": PATCH}
+PRESSURES = {"even": PATCH, "linear": LEANING, "punch": HOLLOW}
 """Layouts, by the name of a pressure."""
-_FLAT, _STEPS = 0.9, 40
-"""Share of a punch's half side that is flat; and steps by which it is pressed in."""
 _VAGUE, _APART = 0.3, 1.0
 """Standard deviations, over the normal force and over the depth, from which an answer is AMBIGUOUS."""
 
@@ -38,11 +36,15 @@ _LEAST = 0.1
 _GROWS, _LONGEST, _STEP, _MOST = 0.5, 12.0, 0.6, 400_000
 """Of rectangles to start from, in depths: how much longer each side is than the one before, and the longest; the step
 of their middles; and how many readings of them are kept."""
+_UNLIKE = 0.012
+"""Share of a load that is added to its standard deviation: measured on pressed boxes (docs/patches.md)."""
 _KNOWN = 1e-150
 """Variance of what is held."""
 _USUAL, _INSIDE = 0.02, 0.98
 """Chance that noise leaves more than what ends the search; share of the largest side from which it may be larger."""
-_COUNT = 10
+_BOWL = (-0.75, 1.5)
+"""Ends of `hollow`, where the pressure would be less than nothing in a corner or in the middle."""
+_COUNT = 11
 _UPPER = np.triu_indices(_COUNT)
 """Unknowns and components of the loop, and where a square has their covariance."""
 _START = np.dtype((np.record, [(name, float) for name in ("y", "z", "yy", "yz", "zz")]))
@@ -53,19 +55,6 @@ class _Extents(ResultantReader):
     """Resultants, and the second moments of their pressures."""
 
     _extent = True
-
-
-def _punch() -> tuple[FloatArray, FloatArray]:
-    """The pressure across a flat punch with rounded edges, of the half width 1: a profile for `rules`.
-
-    As it is pressed in, flat punches of the half width c from the flat's b on follow each other, each of the force
-    c arccos(b / c) dc. Source: Ciavarella, Hills and Monno (1998), whose force is the integral of these.
-    """
-    t, weights = np.polynomial.legendre.leggauss(_STEPS)
-    c = 1 - 0.5 * (1 - _FLAT) * (1 + t)
-    force = weights * c * np.arccos(_FLAT / c)
-    turn = np.cos((np.arange(2 * _STEPS) + 0.5) * np.pi / (2 * _STEPS))
-    return (c[:, None] * turn).ravel(), np.repeat(force, 2 * _STEPS)
 
 
 class PatchLocator(LocalLocator):
@@ -87,8 +76,8 @@ class PatchLocator(LocalLocator):
     turn : float or (float, float), optional
         By how much it is turned, from +y towards +z [rad], or a range of it; any, if nothing is said.
     pressure : {"even", "linear", "punch"}, optional
-        Even; linear along both sides, with two unknowns more; or that of a flat punch with rounded edges, nine tenths
-        of which are flat.
+        Even; linear along both sides, with two unknowns more; or as of a flat punch with rounded edges, a parabola
+        along both sides, with one unknown more.
     options
         `friction`, `false_alarm`, `ambiguity`, `outliers`, as of `AreaLocator`.
 
@@ -119,14 +108,15 @@ class PatchLocator(LocalLocator):
         largest = 0.5 * float(np.ptp(box, axis=1).max())
         sides, turns = _sides(half_width, (_LEAST * depth, largest)), _turns(turn)
         lean = (-1.0, 1.0) if pressure == "linear" else (0.0, 0.0)
+        bowl = _BOWL if pressure == "punch" else (0.0, 0.0)
         self.layout = PRESSURES[pressure]
-        self._ends = np.array([*box.reshape(-1), *turns, *sides[0], *np.square(sides[1]), *lean, *lean])
+        self._ends = np.array([*box.reshape(-1), *turns, *sides[0], *np.square(sides[1]), *lean, *lean, *bowl])
         self._finger, self._depth, self.pressure, self.half_width = finger, depth, pressure, sides
         self._reach = reach_of(array, box, float(np.hypot(*sides[:, 1])))
         held = int((self._ends[1::2] == self._ends[::2])[2:5].sum())
         self._straight = 0.5 * (turns[0] + turns[1]) if np.isfinite(turns[0]) else 0.0
         self._starts = _Extents(finger)
-        more = 3 + 2 * (pressure == "linear") - held
+        more = self.layout.unknowns - 5 - held
         super().__init__(
             tabulate_radial(finger, self._reach), array, tuple(tuple(e) for e in box.tolist()), friction=friction,
             false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers, known=-more,
@@ -142,10 +132,8 @@ class PatchLocator(LocalLocator):
 
         array = self.array.select(pattern)
         points, error = tabulated(self.response.select(pattern), array)
-        profile = _punch() if self.pressure == "punch" else None
-        along, across = (rules(float(half), self._depth, profile) for half in self.half_width[:, 1])
-        leans = float(self.pressure == "linear")
-        model = RectangleModel(points, along, across, self._depth, leans, np.empty((0, 0)))
+        along, across = (rules(float(half), self._depth) for half in self.half_width[:, 1])
+        model = RectangleModel(points, along, across, self._depth, float(self.pressure != "even"), np.empty((0, 0)))
         middle = np.array([[np.mean(ends) for ends in self.search]])
         strongest = np.abs(self.response.select(pattern)(middle) / np.asarray(array.noise)[:, None]).max()
         most, usual = (self._left(len(array), chance) for chance in (self._false_alarm, _USUAL))
@@ -203,14 +191,17 @@ class PatchLocator(LocalLocator):
         """What the loop found, in the columns of the layout."""
         at, square = self.layout, np.zeros((len(found), _COUNT, _COUNT))
         square[:, *_UPPER] = square[:, *_UPPER[::-1]] = found["covariance"]
-        values, slopes = _as_patch(found, "", self.layout.leaning, self._straight)
+        values, slopes = _as_patch(found, "", self.layout, self._straight)
         out[:, : at.unknowns] = values
         with np.errstate(invalid="ignore"):
             square = slopes @ square @ np.swapaxes(slopes, 1, 2)
         square[np.abs(square) < _KNOWN] = 0.0
+        if at.hollow:  # a pressed punch is no parabola
+            load = values[:, 2:5]
+            square[:, 2:5, 2:5] += (_UNLIKE * load[:, :, None]) * (_UNLIKE * load[:, None, :])
         out[:, at.covariance : at.residual] = square[:, *np.triu_indices(at.unknowns)]
         out[:, at.residual] = found["residual"]
-        out[:, at.rival : at.rival_chi2] = _as_patch(found, "rival_", self.layout.leaning, self._straight)[0]
+        out[:, at.rival : at.rival_chi2] = _as_patch(found, "rival_", self.layout, self._straight)[0]
         out[:, at.rival_chi2] = found["rival_chi2"]
         out[:, at.status] = found["status"]
         std = np.sqrt(np.diagonal(square, axis1=1, axis2=2))
@@ -248,27 +239,29 @@ def _turns(given: Any) -> tuple[float, float]:
     return float(turns.flat[0]), float(turns.flat[-1])
 
 
-def _as_patch(found: Any, of: str, leans: bool, straight: float) -> tuple[FloatArray, FloatArray]:
-    """Unknowns of a layout (f, k), of the best or the "rival_"; and how they go with `UNKNOWNS`, (f, k, 10).
+def _as_patch(found: Any, of: str, at: Layout, straight: float) -> tuple[FloatArray, FloatArray]:
+    """Unknowns of a layout (f, k), of the best or the "rival_"; and how they go with `UNKNOWNS`, (f, k, 11).
 
     The side that is nearest to the direction `straight` is the first one.
     """
     from .kernel import UNKNOWNS
 
-    y, z, direction, long, q, lean, tilt, n, ty, tz = (found[of + name] for name in UNKNOWNS)
+    y, z, direction, long, q, lean, tilt, hollow, n, ty, tz = (found[of + name] for name in UNKNOWNS)
     with np.errstate(invalid="ignore"):
         wide, quarter = np.sqrt(q), np.rint((direction - straight) / (0.5 * np.pi))
     turned = np.where(np.isnan(quarter), 0, quarter).astype(int) % 4
-    k, odd = 8 + 2 * leans, turned % 2 == 1
+    k, odd = at.unknowns, turned % 2 == 1
     values, slopes = np.empty((len(found), k)), np.zeros((len(found), k, _COUNT))
     values[:, :5] = np.stack([y, z, n, ty, tz], axis=1)
-    slopes[:, [0, 1, 2, 3, 4], [0, 1, 7, 8, 9]] = 1.0
+    slopes[:, [0, 1, 2, 3, 4], [0, 1, 8, 9, 10]] = 1.0
     along, across = np.zeros((2, len(found), _COUNT))
     along[:, 3], across[:, 4] = 1.0, 0.5 / wide
     values[:, 5], values[:, 6] = np.where(odd, wide, long), np.where(odd, long, wide)
     slopes[:, 5], slopes[:, 6] = np.where(odd[:, None], across, along), np.where(odd[:, None], along, across)
     values[:, 7], slopes[:, 7, 2] = direction - 0.5 * np.pi * quarter, 1.0
-    if leans:
+    if at.hollow:
+        values[:, 8], slopes[:, 8, 7] = hollow, 1.0
+    if at.leaning:
         along, across = -(lean / long**2)[:, None] * along, -(tilt / q)[:, None] * across
         along[:, 5], across[:, 6] = 1 / long, 1 / wide
         both = np.stack([lean / long, tilt / wide], axis=1), np.stack([along, across], axis=1)
