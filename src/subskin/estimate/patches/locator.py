@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -44,9 +45,9 @@ _USUAL, _INSIDE = 0.02, 0.98
 """Chance that noise leaves more than what ends the search; share of the largest side from which it may be larger."""
 _BOWL = (-0.75, 1.5)
 """Ends of `hollow`, where the pressure would be less than nothing in a corner or in the middle."""
-_COUNT = 11
+_COUNT, _DIRECTION = 11, 4
 _UPPER = np.triu_indices(_COUNT)
-"""Unknowns and components of the loop, and where a square has their covariance."""
+"""Unknowns and components of the loop, where the ends have the direction's, and a square the covariance."""
 _START = np.dtype((np.record, [(name, float) for name in ("y", "z", "yy", "yz", "zz")]))
 """Where the loop starts: a centre, and second moments about it over the force."""
 
@@ -148,26 +149,32 @@ class PatchLocator(LocalLocator):
         """Rectangles to start from, the largest first, as many as are looked at in good time."""
         from .kernel import SHAPE, PatchBank, fill_bank
 
+        classes = [0]
+        shapes = np.zeros(max(_MOST // sensors, 1), SHAPE)
+        for at, turn, length, half in self._classes():
+            end = classes[-1] + len(at)
+            if end > len(shapes):
+                break
+            some = shapes[classes[-1] : end]
+            some["y"], some["z"], some["direction"], some["length"], some["q"] = *at.T, turn, length, half * half
+            classes.append(end)
+        shapes = shapes[: classes[-1]]
+        basis = np.empty((len(shapes), 3, sensors), np.float32)
+        fill_bank(shapes, plain(model), basis)
+        return PatchBank(np.array(classes), shapes, basis)
+
+    def _classes(self) -> Iterator[tuple[FloatArray, float, float, float]]:
+        """Of each size and turn, the largest first: middles (k, 2), turn, half length and half width."""
         box, depth, (long, wide) = np.array(self.search), self._depth, self.half_width
-        parts: list[FloatArray] = []
-        known = bool(np.isfinite(self._ends[4]))
+        known = bool(np.isfinite(self._ends[_DIRECTION]))
         sides = depth * np.arange(_GROWS, _LONGEST, _GROWS)
+        axes = [np.arange(low, high, _STEP * depth)[1:] for low, high in box]
+        at = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         for half in np.unique(np.clip(sides, *wide))[::-1]:
-            step = _STEP * depth
-            axes = [np.linspace(ends[0], ends[1], max(int(np.ceil(np.ptp(ends) / step)), 1) + 1)[1:-1] for ends in box]
-            at = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
             # of a direction that may be any, the longer side is the length
             for length in np.unique(np.clip(sides if known else sides[sides >= 0.99 * half], *long)):
                 for turn in [self._straight] if known else np.arange(2 if length < 1.2 * half else 4) * 0.25 * np.pi:
-                    parts.append(np.column_stack([at, np.tile([turn, length, half**2], (len(at), 1))]))
-            if sum(len(part) for part in parts) * sensors > _MOST:
-                break
-        shapes = np.zeros(sum(len(part) for part in parts), SHAPE)
-        for name, values in zip(("y", "z", "direction", "length", "q"), np.concatenate(parts).T, strict=True):
-            shapes[name] = values
-        basis = np.empty((len(shapes), 3, sensors), np.float32)
-        fill_bank(shapes, plain(model), basis)
-        return PatchBank(np.cumsum([0, *(len(part) for part in parts)]), shapes, basis)
+                    yield at, float(turn), float(length), float(half)
 
     def _fill(self, frames: FloatArray, arrays: tuple[Any, ...], out: FloatArray) -> None:
         from .kernel import FOUND
