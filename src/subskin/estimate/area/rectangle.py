@@ -22,8 +22,8 @@ _FEWEST = 2
 """Least number of nodes along a side: then readings depend on its length."""
 _Y, _Z, _TURN, _LENGTH, _Q, _LEAN, _TILT, _HOLLOW = range(3, ROWS, 3)
 """Rows at which slopes in these begin."""
-RULE_ERROR = 3e-5
-"""Error of the rule, as a share of the reading."""
+_RULE_ERROR = 3e-6
+"""Where the digits of the rule end; of a reading it leaves an error up to 2e-4."""
 
 
 class RectangleAt(NamedTuple):
@@ -68,7 +68,7 @@ def rules(half: float, depth: float) -> FloatArray:
     return out
 
 
-_DIGITS = -0.5 * math.log(RULE_ERROR)
+_DIGITS = -0.5 * math.log(_RULE_ERROR)
 
 
 def _needed(half: float, depth: float) -> int:

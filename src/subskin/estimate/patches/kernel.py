@@ -28,6 +28,10 @@ UNKNOWNS = (*RectangleAt._fields, "n", "ty", "tz")
 _ALONE = len(RectangleAt._fields) * (len(RectangleAt._fields) + 1) // 2
 """Numbers of a covariance of the unknowns alone, and of all."""
 _SQUARE = len(UNKNOWNS) * (len(UNKNOWNS) + 1) // 2
+_ENTRY = np.zeros(2 * (len(UNKNOWNS),), np.int64)
+_ENTRY[np.triu_indices(len(UNKNOWNS))] = np.arange(_SQUARE)
+_LOAD = np.array([UNKNOWNS.index(name) for name in ("y", "z", "n", "ty", "tz")])
+"""Where a covariance has two unknowns, and where these are position and components."""
 FOUND = np.dtype(
     (
         np.record,
@@ -55,6 +59,8 @@ _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _ANY = 48.0 / math.pi**2
 """Information on a turn that may be any, up to a quarter [1/rad2]."""
 _HELD = 1e200
+_SAME = 0.01
+"""Chi-square within which two climbs ended on one top."""
 _SMALL, _LIKE = 0.15, 0.05
 """Depths that a first half width is at least; shares of the force, and of a depth, within which two tops are one."""
 
@@ -240,6 +246,28 @@ def _said(fit, row):
 
 
 @compiled(borrows=True)
+def _spread(fits, count, top, square):
+    """Add to the covariance of position and components how far other tops are, each by its likelihood."""
+    whole = 1.0
+    for chosen in range(2):
+        for p in range(count):
+            fit = fits[p]
+            known = top.explained - fit.explained < _SAME
+            for e in range(p):  # climbs that end on one top
+                known |= abs(fits[e].explained - fit.explained) < _SAME
+            if known:
+                continue
+            share = math.exp(0.5 * (fit.explained - top.explained))
+            if chosen == 0:
+                whole += share
+                continue
+            away = (fit.y - top.y, fit.z - top.z, fit.n - top.n, fit.ty - top.ty, fit.tz - top.tz)
+            for j in range(_LOAD.size):
+                for k in range(j, _LOAD.size):
+                    square[_ENTRY[_LOAD[j], _LOAD[k]]] += share / whole * away[j] * away[k]
+
+
+@compiled(borrows=True)
 def _frame(w, start, search, fits, shapes, marks, none, row):
     depth, low, high = search.model.depth, search.low, search.high
     y, z, mean = start.y, start.z, 0.5 * (start.yy + start.zz)
@@ -309,6 +337,7 @@ def _frame(w, start, search, fits, shapes, marks, none, row):
             row.status = _AMBIGUOUS
     _weighted(top, search.low, search.high)
     covariance(top, search.limits, none, row.covariance)
+    _spread(fits, count, top, row.covariance)
 
 
 @compiled(frames="readings")
