@@ -13,7 +13,7 @@ rectangles and ellipses are none. Named contacts have the half widths of the kin
 right being the contact's own kind, or "none of these".
 
 Edges, the second table: each length, in half lengths, has a third of the contacts at each of three half widths, in any
-direction; readings are those of 30 closed-form spheres side by side. "Direction" is the root mean square of its errors,
+direction; readings are those of the closed form. "Direction" is the root mean square of its errors,
 over all edges and, of standardised errors, over those of known direction (a standard error below 20 degrees); "hold" is
 how many of these the 95 % interval holds. The errors are those of contacts whose most probable kind is the edge.
 """
@@ -33,8 +33,8 @@ from bench_round import finger
 from bench_shape import calibration_error
 
 SURE = 0.95
-LENGTHS, WIDTHS = (0.6, 1.0, 1.5, 2.0), (0.0, 0.3, 0.6)
-_T, _W = np.polynomial.legendre.leggauss(30)
+LENGTHS, WIDTHS, NARROW = (0.6, 1.0, 1.5, 2.0), (0.0, 0.2, 0.4), 0.6 / 2**0.5
+"""Of edges, in depths: half lengths and half widths of the second table, and the largest half width."""
 Readings = np.ndarray
 Draw = Callable[[ss.Finger, np.random.Generator, int], Readings | tuple[Readings, np.ndarray]]
 """Readings, and perhaps the name of each contact's kind."""
@@ -65,7 +65,7 @@ def patches(first: tuple[float, float], second: tuple[float, float] | None = Non
         one = rng.uniform(*first, size)
         widths = np.stack([one, one if second is None else rng.uniform(*second, size)], axis=-1)
         along, across = (np.sort(widths)[:, ::-1] ** 2 / (3 if family is ss.Patch else 5)).T
-        edge = (3 * (along - across) > LENGTHS[0] ** 2) & (5 * across < 0.77**2)
+        edge = (3 * along > LENGTHS[0] ** 2) & (3 * across < NARROW**2)
         ball = (along < 2 * across) & (family is ss.EllipticHertz)
         name = np.where(edge, "edge", np.where(ball, "round side", ""))
         return tip.read(family(**drawn(tip, rng, size), half_widths=widths)), name
@@ -74,7 +74,7 @@ def patches(first: tuple[float, float], second: tuple[float, float] | None = Non
 
 
 def edges(length: tuple[float, float], width: tuple[float, float]) -> Draw:
-    """Edges in any direction: spheres side by side."""
+    """Edges in any direction: narrow rectangles."""
 
     def draw(tip: ss.Finger, rng: np.random.Generator, size: int) -> Readings:
         return edges_and_turns(tip, rng, size, length, width)[0]
@@ -87,13 +87,8 @@ def edges_and_turns(
 ) -> tuple[Readings, np.ndarray]:
     """Readings of edges, and their directions."""
     load, turn = drawn(tip, rng, size), rng.uniform(0, np.pi, size)
-    along = rng.uniform(*length, size)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    narrow = np.maximum(rng.uniform(*width, size), 1e-3)
-    felt = 0.0
-    for t, share in zip(_T, 0.5 * _W, strict=True):
-        one = load | {"position": load["position"] + t * along}
-        felt = felt + share * tip.read(ss.RoundHertz(**one, half_width=narrow))
-    return felt, turn
+    sides = np.stack([rng.uniform(*length, size), np.maximum(rng.uniform(*width, size), 1e-3)], axis=-1)
+    return tip.read(ss.Patch(**load, half_widths=sides, turn=turn)), turn
 
 
 def two(tip: ss.Finger, rng: np.random.Generator, size: int) -> np.ndarray:
@@ -128,7 +123,7 @@ NAMED: dict[str, Draw] = {
     "vertex": of(ss.Cone, 0.1, 0.49),
     "flat side": of(ss.RoundPunch, 0.35, 1.04),
     "round side": of(ss.RoundHertz, 0.45, 1.34),
-    "edge": edges((0.6, 2.0), (0.0, 0.77)),
+    "edge": edges((0.6, 2.0), (0.0, NARROW)),
 }
 _LAYER = ss.Layered(ss.Layer(ss.Material(young=1.0), thickness=2.0))
 OTHERS: dict[str, tuple[Draw, str]] = {
@@ -137,7 +132,7 @@ OTHERS: dict[str, tuple[Draw, str]] = {
     "wide cone, 0.49 to 0.8": (of(ss.Cone, 0.49, 0.8), ""),
     "beyond the end, sphere, 1.34 to 1.9": (of(ss.RoundHertz, 1.34, 1.9), "round side"),
     "beyond the end, disc, 1.04 to 1.6": (of(ss.RoundPunch, 1.04, 1.6), "flat side"),
-    "beyond the end, edge, 2 to 3": (edges((2.0, 3.0), (0.0, 0.77)), "edge"),
+    "beyond the end, edge, 2 to 3": (edges((2.0, 3.0), (0.0, NARROW)), "edge"),
     "short edge, 0.3 to 0.6": (edges((0.3, 0.6), (0.0, 0.2)), ""),
     "even square, 0.3 to 1.2": (patches((0.3, 1.2)), ""),
     "oblong, 0.8 to 1.5 by 0.1 to 0.4": (patches((0.8, 1.5), (0.1, 0.4)), ""),

@@ -105,6 +105,45 @@ class TestFit:
         (z,) = columns("k.csv", "position_z")
         assert (np.abs(z - true) < 0.3e-3).all()
 
+    def test_patches(self, subskin, folder):
+        """On the axes of the tables, on which a finger may be turned: then the sides change their names."""
+        grid = 'layout = "grid"\nshape = [4, 4]\npitch = "4 mm"\ndepth = "2.5 mm"\nnoise = 2e-4\n'
+        skin = '[skin]\nkind = "half_space"\nyoung = "0.4 MPa"\n'
+        more = {"force": [4.0, 4.0], "angle": 0.2, "half_widths": (4e-3, 3e-3), "turn": 0.3}
+        pads = ss.Patch(position=(1e-3, 0.5e-3), slopes=(100.0, -40.0, 0.0), **more)
+        for turn in (0.0, 0.25, 0.5 * np.pi, 2.6):
+            text = f'{skin}\n[sensors]\n{grid}[calibration]\nturn = "{turn} rad"\n'
+            (folder / "area.toml").write_text(text)
+            frames = ss.io.load("area.toml").finger.read(pads, np.random.default_rng(1))
+            write_table("p.csv", {f"s{i}": frames[:, i] for i in range(16)})
+            ran = subskin("fit", "area.toml", "p.csv", "--family", "patch", "--pressure", "linear", "-o", "f.csv")
+            assert ran.code == 0, ran.err
+            y, z, there, along, across = (
+                columns("f.csv", name)[0] for name in ("half_width_y", "half_width_z", "turn", "slope_y", "slope_z")
+            )
+            std = columns("f.csv", "half_width_y_std", "slope_y_std")
+            assert (np.abs(there) <= np.pi / 4).all()
+            # the rectangle, and its pressure, on the axes of the tables
+            steep = (along + 1j * across) * np.exp(1j * there)
+            assert np.abs(steep - (100 - 40j) * np.exp(1j * (0.3 + turn))).max() < 40
+            quarter = round((0.3 + turn) / (np.pi / 2))
+            np.testing.assert_allclose([y, z][quarter % 2], 4e-3, atol=0.2e-3)
+            np.testing.assert_allclose(there, 0.3 + turn - quarter * np.pi / 2, atol=0.15)
+            if turn == 0.0:
+                straight = std
+            elif quarter % 2:  # that of the other side
+                assert not np.allclose(std, straight, rtol=0.05)
+        ran = subskin("locate", "area.toml", "p.csv", "--load", "patch", "--json")
+        assert json.loads(ran.out)["status"]["unexplained"] == 2  # an even one does not explain them
+        ran = subskin("fit", "area.toml", "p.csv", "--family", "patch", "--turn", "10..-10 deg")
+        assert "swap them" in ran.err
+        kinds = ("--kind", "pad=patch: 1..5 mm, 1..5 mm", "--kind", "tip=cone: 0.2..1 mm")
+        even = ss.io.load("area.toml").finger.read(ss.Patch(position=(1e-3, 0.5e-3), **more), np.random.default_rng(2))
+        write_table("e.csv", {f"s{i}": even[:, i] for i in range(16)})
+        assert (
+            json.loads(subskin("decide", "area.toml", "e.csv", *kinds, "--json").out)["columns"]["kind"] == ["pad"] * 2
+        )
+
     def test_the_direction_of_an_edge(self, subskin, folder):
         grid = 'layout = "grid"\nshape = [4, 4]\npitch = "2 mm"\ndepth = "2 mm"\nnoise = 1e-4\n'
         skin, turn = '[skin]\nkind = "half_space"\nyoung = "0.4 MPa"\n', '[calibration]\nturn = "20 deg"\n'

@@ -321,3 +321,39 @@ def test_the_work_of_the_load_is_the_energy_in_the_skin(components):
     density = FLAT.state(touch, x + 0 * turns, r * np.cos(turns), r * np.sin(turns)).energy_density
     energy = float((volume * density).sum() * np.pi / 3)
     assert energy == pytest.approx(work, rel=2e-5)
+
+
+@pytest.mark.parametrize("slopes", [(0.0, 0.0, 0.0), (150.0, -80.0, 2e4)])
+def test_a_patch_that_is_turned_is_the_same_seen_from_turned_axes(slopes):
+    turn = 0.4
+    about = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    at, drag, sides = np.array([1e-3, -0.5e-3]), np.array([0.3, -0.4]), (3e-3, 1e-3)
+    more = {"half_widths": sides, "slopes": slopes, "moment": 1e-4}
+    straight = ss.Patch(components=(2.0, *drag), position=at, **more)
+    turned = ss.Patch(components=(2.0, *(about @ drag)), position=about @ at, turn=turn, **more)
+    skin = ss.HalfSpace(ss.Material(0.4e6, 0.45))
+    for reach in (4e-3, 40e-3):
+        seen = np.random.default_rng(1).uniform(-reach, reach, (12, 2))
+        y, z = (seen @ about.T).T
+        one, other = skin.stress(straight, 2e-3, *seen.T), skin.stress(turned, 2e-3, y, z)
+        size = np.abs(one.xx).max()
+        np.testing.assert_allclose(other.xx, one.xx, rtol=1e-9, atol=1e-12 * size)
+        tensor, rotated = (np.array([[s.yy, s.yz], [s.yz, s.zz]]) for s in (one, other))
+        wanted = np.einsum("ai,ij...,bj->ab...", about, tensor, about)
+        np.testing.assert_allclose(rotated, wanted, rtol=0, atol=1e-9 * size)
+    np.testing.assert_allclose(turned.torque, straight.torque, rtol=1e-12)
+    inside = np.random.default_rng(2).uniform(-1, 1, (9, 2)) * sides + at
+    np.testing.assert_allclose(turned.pressure(*(inside @ about.T).T), straight.pressure(*inside.T), rtol=1e-9)
+    for one, other in zip(straight.shear(*inside.T), turned.shear(*(inside @ about.T).T), strict=True):
+        np.testing.assert_allclose(other, about @ one, rtol=1e-9, atol=1e-9)
+    waves = np.random.default_rng(3).uniform(-2e3, 2e3, (5, 2))
+    k, r = waves.T, (waves @ about.T).T
+    np.testing.assert_allclose(turned.unit_spectrum(*r), straight.unit_spectrum(*k), rtol=1e-9)
+    low, high = turned.support
+    corners = np.array([(a, b) for a in (-1, 1) for b in (-1, 1)]) * sides @ about.T + about @ at
+    np.testing.assert_allclose([low, high], [corners.min(axis=0), corners.max(axis=0)], rtol=1e-12)
+    tip = ss.SensorArray(y=y, z=z, depth=2e-3), ss.SensorArray(y=seen[:, 0], z=seen[:, 1], depth=2e-3)
+    if not any(slopes):  # by the real form
+        plain = [c.altered(moment=np.zeros(())) for c in (turned, straight)]
+        reads = [ss.Finger(skin, array).read(c) for array, c in zip(tip, plain, strict=True)]
+        np.testing.assert_allclose(*reads, rtol=1e-10)

@@ -51,7 +51,7 @@ _HERE = {
     _EXAMPLES,
     option(
         "--kind NAME=FAMILY[:WIDTH[,LENGTH]][*PRIOR]",
-        "a kind to weigh: its family (as in fit, or edge), half widths, an edge's half lengths, prior (1); repeat",
+        "a kind to weigh: its family (as in fit, or edge), half widths, half lengths (edge, patch), prior (1); repeat",
         action="append",
     ),
     option("--sure P", "probability to decide from (0.95)", 0.95),
@@ -103,8 +103,8 @@ def _kind(text: str) -> Kind:
     if match is None:
         raise InvalidValueError(f'--kind "{text}"', rule, fix)
     sizes = [quantity_range(part, "m", "--kind") for part in (match["width"] or "0 m").split(",")]
-    if len(sizes) != 1 + (match["family"] == "edge"):
-        sized = "an edge has half widths, then half lengths; no other kind has lengths"
+    if len(sizes) != 1 + (match["family"] in ("edge", "patch")):
+        sized = "an edge, or a patch, has half widths, then half lengths; no other kind has lengths"
         raise InvalidValueError(f'--kind "{text}"', sized, '--kind "box=edge: 0..0.5 mm, 1..4 mm"')
     try:
         prior = float(match["prior"] or 1.0)

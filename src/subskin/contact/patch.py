@@ -24,6 +24,8 @@ HALF_WIDTHS = Row(2, "m", "(a_y, a_z)", above=0.0, fix="half_widths=(1e-3, 2e-3)
 _FAR = 8.0
 _FAR_REAL = 30.0
 """Of a uniform patch W_0 and W_1 lose no more than 3e-13 to cancellation up to so many half widths."""
+_ROUNDING = 1e-12
+"""Of half a width, within which a point is on an edge."""
 _T, _W = np.polynomial.legendre.leggauss(8)
 _FEW = np.polynomial.legendre.leggauss(4)
 
@@ -175,7 +177,8 @@ class Patch(ShapedContact, name="patch"):
         """As `LocalContact.singular`: the edges, where the traction jumps."""
         a, b, away = self.half_widths[..., 0], self.half_widths[..., 1], self._zeta(y, z)
         y, z = (np.abs(part) for part in self._own(away.real, away.imag))
-        return np.asarray(((y == a) & (z <= b)) | ((z == b) & (y <= a)))
+        on_y, on_z = (np.isclose(at, side, rtol=_ROUNDING, atol=0) for at, side in ((y, a), (z, b)))
+        return np.asarray((on_y & (on_z | (z < b))) | (on_z & (y < a)))
 
 
 def _near_family(

@@ -5,6 +5,7 @@ from .either import Either
 from .estimate import Estimate, Rival
 from .layout import Layout
 from .locate import fit, locate, locator
+from .patches import PatchLocator
 from .pressure import ImageMapper, PressureImage, PressureMap, PressureMapper, pressure_map
 from .resultants import Resultant, ResultantReader, resultant
 from .search import Locator
@@ -17,6 +18,7 @@ __all__ = [
     "ImageMapper",
     "Layout",
     "Locator",
+    "PatchLocator",
     "PressureImage",
     "PressureMap",
     "PressureMapper",

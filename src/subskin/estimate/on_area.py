@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._axes import on_touches, turned_square
+from .._check import FloatArray
 from ..contact import Patch, PointLoad, RoundContact
 from ..contact.families import Family, LocalFamily, local_family_of
 from ..errors import InvalidValueError
@@ -22,6 +23,7 @@ from .area.observable import moment_of, refuse_blind
 from .area.search import reach_of, search_of, step_of
 from .area.uncertain import exactly, on_area
 from .estimate import Estimate
+from .layout import Layout
 from .patches import PatchLocator
 from .settle.uncertain import WITHOUT
 from .several import SeveralLocator
@@ -180,6 +182,30 @@ def moved(found: Estimate, origin: npt.ArrayLike, turn: float = 0.0) -> Estimate
         table[..., drag] = on_touches(table[..., drag], np.zeros(2), turn)
     if turn:
         out = turned_square(table[..., layout.square], (0, first + 1), turn)
+        if layout.sides:
+            named = [_named(table[..., at : at + k], layout, turn) for at in (0, layout.rival)]
+            out = named[0] @ out @ np.swapaxes(named[0], -1, -2)
         upper = np.triu_indices(k)
         table[..., layout.covariance : layout.covariance + k * (k + 1) // 2] = out[(..., *upper)]
     return Estimate(table, found.used, found.friction, found.unknowns, layout, found.relative)
+
+
+def _named(values: FloatArray, layout: Layout, turn: float) -> FloatArray:
+    """Turn the patches in `values` (..., k), the side nearest y being the first again; how others go with that, k by k.
+
+    Of a quarter of a turn the sides change their names, and slopes along them perhaps their signs.
+    """
+    half = layout.components + 3
+    swap = np.eye(layout.unknowns)
+    quarter = [half + 1, half]
+    swap[half : half + 2] = swap[quarter]
+    if layout.leaning:
+        slope = half + 3
+        swap[slope, slope], swap[slope, slope + 1] = 0.0, -1.0
+        swap[slope + 1, slope], swap[slope + 1, slope + 1] = 1.0, 0.0
+    away = values[..., half + 2] + turn
+    times = np.rint(np.nan_to_num(away) / (0.5 * np.pi))
+    by = np.stack([np.linalg.matrix_power(swap, n) for n in range(4)])[times.astype(int) % 4]
+    values[...] = np.einsum("...ij,...j->...i", by, values)
+    values[..., half + 2] = away - 0.5 * np.pi * times
+    return np.asarray(by)
