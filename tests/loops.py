@@ -66,6 +66,11 @@ def round_on_area() -> None:
     ss.decide.contact_type(tip, tip.read(ss.PointLoad(force=[1.0, 2.0])))
 
 
+def patches() -> None:
+    tip = pad()
+    tip.fit(tip.read(ss.Patch(force=[1.0, 2.0], half_widths=(1e-3, 1.5e-3))), "patch")
+
+
 def in_place() -> None:
     tip = pad()
     lines = np.linspace(-2e-3, 2e-3, 4)
@@ -137,7 +142,7 @@ def streams() -> None:
 
 
 JOBS = (  # longest first
-    *(image, image_of_a_free_drag, a_kind_of_each, round_on_area, in_place, pressing_on_area),
+    *(image, image_of_a_free_drag, a_kind_of_each, round_on_area, patches, in_place, pressing_on_area),
     *(
         area,
         settled_on_area,

@@ -211,7 +211,7 @@ def test_six_readings_are_never_sure():
 
 def test_what_is_refused(finger):
     frame = np.zeros(16)
-    for family in ("hertz", "patch", ss.Hertz, 3):
+    for family in ("hertz", "strip", ss.Hertz, 3):
         with pytest.raises(InvalidValueError, match="round_hertz"):
             finger.fit(frame, family)
     with pytest.raises(InvalidValueError, match="half_width"):

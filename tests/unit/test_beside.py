@@ -143,7 +143,7 @@ def test_a_layer_takes_points_and_a_slice_does_not():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"load": "area"}, 'has to be "line", "point" or "either"'),
+        ({"load": "area"}, 'has to be "line", "point", "either" or "patch"'),
         ({"beside": 1e-3}, "no distance beside the row"),
         ({"load": "point", "beside": 1.0}, "up to 6 depths"),
         ({"load": "point", "beside": -1.0}, "beside"),
