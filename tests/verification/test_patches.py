@@ -12,8 +12,11 @@ import subskin as ss
 from subskin.errors import InvalidValueError
 from subskin.estimate.area.point import ROWS as POINT_ROWS
 from subskin.estimate.area.point import PointModel
-from subskin.estimate.area.rectangle import ROWS, RectangleAt, RectangleModel, rectangle_field, rules
+from subskin.estimate.area.rectangle import FIT, ROWS, RectangleAt, RectangleModel, rectangle_field, rules
+from subskin.estimate.layout import LEANING
 from subskin.estimate.patches import PatchLocator
+from subskin.estimate.patches.kernel import FOUND, SHAPE, UNKNOWNS, _bowl
+from subskin.estimate.patches.locator import _as_patch
 from subskin.pressing import Box
 from subskin.transducer import ShearStrain
 
@@ -262,3 +265,56 @@ def test_options_that_cannot_be(finger):
     ):
         with pytest.raises(InvalidValueError, match=said):
             tip.fit(frame if tip is not row else frame[:6], family, **more)
+
+
+def test_a_rectangle_is_the_same_by_all_its_names():
+    """Each quarter of a turn names the sides anew; the pressure at points of the skin stays."""
+    lean, tilt, long, wide, direction = 0.3, -0.2, 4e-3, 3e-3, 0.2
+    found = np.zeros(4, FOUND)
+    found["n"], found["direction"] = 1.0, direction + 0.5 * np.pi * np.arange(4)
+    found["length"], found["q"] = [long, wide, long, wide], np.square([wide, long, wide, long])
+    found["lean"], found["tilt"] = [lean, tilt, -lean, -tilt], [tilt, -lean, -tilt, lean]
+    values, slopes = _as_patch(found, "", LEANING, 0.0)
+    at = np.random.default_rng(1).uniform(-2e-3, 2e-3, (2, 9))
+    along, across = np.cos(0.2) * at[0] + np.sin(0.2) * at[1], np.cos(0.2) * at[1] - np.sin(0.2) * at[0]
+    wanted = (1 + lean * along / long + tilt * across / wide) / (4 * long * wide)
+    for row in values:
+        named = ss.Patch(force=1.0, half_widths=row[5:7], turn=row[7], slopes=(*row[8:], 0.0))
+        np.testing.assert_allclose(named.pressure(*at), wanted, rtol=1e-12)
+    for name, step in (("length", 1e-7), ("q", 1e-10), ("direction", 1e-4), ("lean", 1e-4), ("tilt", 1e-4)):
+        moved = found.copy()
+        moved[name] += step
+        change = (_as_patch(moved, "", LEANING, 0.0)[0] - values) / step
+        own = slopes[:, :, UNKNOWNS.index(name)]
+        np.testing.assert_allclose(own, change, rtol=1e-3, atol=1e-6 * np.abs(change).max())
+
+
+def test_a_side_as_long_as_was_looked_for_is_not_sure(finger):
+    pad = ss.Patch(force=FORCE, position=(1e-3, 0.5e-3), half_widths=(3e-3, 2e-3), turn=0.3)
+    frame = finger.read(pad, np.random.default_rng(12))
+    assert finger.fit(frame, "patch", half_width=(1e-3, 3.5e-3)).status == OK
+    assert finger.fit(frame, "patch", half_width=(1e-3, 3.02e-3)).status == AMBIGUOUS
+
+
+def test_errors_of_sides_are_as_large_as_they_are_said(finger):
+    rng = np.random.default_rng(13)
+    pad = ss.Patch(force=np.full(80, FORCE), position=(1e-3, 0.5e-3), half_widths=(3.5e-3, 2.5e-3), turn=0.3)
+    found = finger.fit(finger.read(pad, rng), "patch")
+    z = (found.half_widths - pad.half_widths) / found.std[:, 5:7]
+    assert 0.8 < np.sqrt(np.mean(z**2)) < 1.2
+    assert 0.8 < np.std((found.turn - 0.3) / found.std[:, 7]) < 1.2
+    punch = finger.fit(finger.read(pad, rng), "patch", pressure="punch")
+    assert (np.sqrt(punch.load.covariance[:, 2, 2]) > 0.012 * FORCE).all()
+
+
+def test_a_hollow_pressure_of_the_same_second_moments():
+    top, shape = np.zeros(1, FIT)[0], np.zeros(1, SHAPE)[0]
+    top.length, top.q, top.hollow = 3e-3, 4e-6, 0.5
+    _bowl(top, -0.5, shape)
+    t, w = np.polynomial.legendre.leggauss(4)
+    spread = [
+        np.einsum("i,j,ij,i->", w, w, 1 + h * (t[:, None] ** 2 + t**2 - 2 / 3), t**2) * long**2
+        for h, long in ((0.5, top.length), (-0.5, shape.length))
+    ]
+    assert spread[1] == pytest.approx(spread[0])
+    assert shape.q / top.q == pytest.approx((shape.length / top.length) ** 2)
