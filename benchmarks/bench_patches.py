@@ -18,7 +18,7 @@ import numpy as np
 
 import subskin as ss
 from _common import arguments, show
-from bench_resultant import FORCE, NOISE, finger
+from bench_resultant import FORCE, bound, finger
 from subskin.pressing import Box
 
 
@@ -32,23 +32,6 @@ def pads(half: float, count: int, turned: bool, rng: np.random.Generator) -> ss.
         half_widths=half * np.stack([ratio, 1 / ratio], axis=-1),
         turn=rng.uniform(-np.pi / 4, np.pi / 4, count) if turned else np.zeros(count),
     )  # fmt: skip
-
-
-def bound(tip: ss.Finger, some: ss.Patch) -> float:
-    """The median of the least standard deviations of N [% of N]."""
-    out = []
-    for k in range(min(len(some.components), 40)):
-        at = np.concatenate([some.components[k], some.position[k], some.half_widths[k], some.turn[k : k + 1]])
-        step = np.diag([1e-3] * 3 + [1e-6] * 4 + [1e-4])
-        both = [
-            tip.read(ss.Patch(components=x[:3], position=x[3:5], half_widths=x[5:7], turn=x[7])) / NOISE
-            for x in np.concatenate([at + step, at - step])
-        ]
-        slopes = (np.array(both[:8]) - np.array(both[8:])).T / (2 * np.diag(step))
-        # a turn may be any within a quarter: the bound of a square has an end too
-        known = np.diag([0.0] * 7 + [48 / np.pi**2])
-        out.append(np.sqrt(np.linalg.inv(slopes.T @ slopes + known)[0, 0]) / FORCE)
-    return 100 * float(np.median(out))
 
 
 def errors(found: ss.Estimate, load: np.ndarray, middle: np.ndarray) -> list[str]:
@@ -96,7 +79,7 @@ def main() -> None:
             spent = 1e3 * (perf_counter() - start) / told.count
             peer = errors(tip.resultant(readings), some.components, some.position)
             rows.append([
-                f"{half} mm", f"{bound(tip, some):.1f}", *errors(found, some.components, some.position),
+                f"{half} mm", f"{bound(tip, some, turns=True):.1f}", *errors(found, some.components, some.position),
                 f"{spent:.1f}", peer[0], peer[3],
             ])  # fmt: skip
         more = ["a frame [ms]", "resultant OK %", "resultant N %"]

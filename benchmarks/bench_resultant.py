@@ -132,22 +132,22 @@ def image_errors(tip: ss.Finger, readings: np.ndarray, load: np.ndarray, centre:
     ]
 
 
-def bound(tip: ss.Finger, pads: ss.Patch) -> float:
-    """The median over pads of the least standard deviation of N for one who knows that it is a rectangle [% of N]."""
+def bound(tip: ss.Finger, pads: ss.Patch, turns: bool = False) -> float:
+    """The median over pads of the least standard deviation of N for one who knows that it is a rectangle [% of N].
 
-    def read(pad: ss.Patch, moved: np.ndarray) -> np.ndarray:
-        changed = ss.Patch(
-            components=pad.components + moved[:3], position=pad.position + moved[3:5],
-            half_widths=pad.half_widths + moved[5:],
-        )  # fmt: skip
-        return tip.read(changed) / NOISE
-
-    out = []
+    The turn is known too, unless it `turns`: then it may be any within a quarter of a full one.
+    """
+    out, count = [], 7 + turns
     for k in range(min(len(pads.components), 40)):
-        pad = ss.Patch(components=pads.components[k], position=pads.position[k], half_widths=pads.half_widths[k])
-        step = np.array([1e-3] * 3 + [1e-6] * 4)
-        slopes = np.stack([(read(pad, s) - read(pad, -s)) / (2 * s.sum()) for s in np.diag(step)], axis=-1)
-        out.append(np.sqrt(np.linalg.inv(slopes.T @ slopes)[0, 0]) / FORCE)
+        at = np.concatenate([pads.components[k], pads.position[k], pads.half_widths[k], pads.turn[k : k + 1]])
+        step = np.diag([1e-3] * 3 + [1e-6] * 4 + [1e-4])[:count]
+        both = [
+            tip.read(ss.Patch(components=x[:3], position=x[3:5], half_widths=x[5:7], turn=x[7])) / NOISE
+            for x in np.concatenate([at + step, at - step])
+        ]
+        slopes = (np.array(both[:count]) - np.array(both[count:])).T / (2 * step.sum(axis=1))
+        known = np.diag([0.0] * 7 + [48 / np.pi**2])[:count, :count]  # the bound of a square has an end
+        out.append(np.sqrt(np.linalg.inv(slopes.T @ slopes + known)[0, 0]) / FORCE)
     return 100 * float(np.median(out))
 
 

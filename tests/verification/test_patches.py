@@ -12,11 +12,12 @@ import subskin as ss
 from subskin.errors import InvalidValueError
 from subskin.estimate.area.point import ROWS as POINT_ROWS
 from subskin.estimate.area.point import PointModel
-from subskin.estimate.area.rectangle import FIT, ROWS, RectangleAt, RectangleModel, rectangle_field, rules
+from subskin.estimate.area.rectangle import FIELD_ERROR, FIT, ROWS, RectangleAt, RectangleModel, rectangle_field, rules
 from subskin.estimate.layout import LEANING
 from subskin.estimate.patches import PatchLocator
 from subskin.estimate.patches.kernel import FOUND, SHAPE, UNKNOWNS, _bowl
 from subskin.estimate.patches.locator import _as_patch
+from subskin.plot.style import MM
 from subskin.pressing import Box
 from subskin.transducer import ShearStrain
 
@@ -198,7 +199,9 @@ def test_the_field_is_that_of_the_closed_form_and_its_slopes_are_those_of_differ
     rows = field(*at)
     slopes = (at[5] / at[3], at[6] / 2e-3, 0.0)
     patch = ss.Patch(components=np.eye(3), position=at[:2], half_widths=(3e-3, 2e-3), slopes=slopes, turn=at[2])
-    np.testing.assert_allclose(rows[:3], finger.measure(patch) / 2e-4, rtol=0, atol=1e-4 * np.abs(rows[:3]).max())
+    np.testing.assert_allclose(
+        rows[:3], finger.measure(patch) / 2e-4, rtol=0, atol=FIELD_ERROR * np.abs(rows[:3]).max()
+    )
     for k, step in enumerate((1e-6, 1e-6, 1e-4, 1e-6, 1e-9, 1e-3, 1e-3, 1e-3)):
         move = step * np.eye(8)[k]
         change = (field(*(at + move))[:3] - field(*(at - move))[:3]) / (2 * step)
@@ -265,6 +268,33 @@ def test_options_that_cannot_be(finger):
     ):
         with pytest.raises(InvalidValueError, match=said):
             tip.fit(frame if tip is not row else frame[:6], family, **more)
+
+
+def test_the_search_starts_from_the_second_moments_of_the_pressure(finger):
+    sides, turn = np.array([3e-3, 1.5e-3]), 0.6
+    pad = ss.Patch(force=FORCE, position=(1e-3, -0.5e-3), half_widths=sides, turn=turn)
+    starts = PatchLocator(finger)._starts
+    asked = starts._frames(finger.read(pad))[0][starts.layout.columns :]
+    at = asked[3:5] / asked[0]
+    about = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    wanted = about @ np.diag(sides**2 / 3) @ about.T
+    told = asked[[6, 7, 7, 8]].reshape(2, 2) / asked[0] - np.outer(at, at)
+    np.testing.assert_allclose(told, wanted, atol=0.3 * wanted.max())
+    assert told[0, 1] > 0.3 * wanted[0, 1]
+
+
+def test_its_figure_shows_the_rectangle(finger):
+    pad = ss.Patch(force=FORCE, position=(1e-3, 0.5e-3), half_widths=(3e-3, 2e-3), turn=0.3)
+    found = finger.fit(finger.read(pad), "patch")
+    inside = pad.pressure(*(found.position + 0.99 * (found.corners - found.position)).T)
+    outside = pad.pressure(*(found.position + 1.01 * (found.corners - found.position)).T)
+    assert (inside > 0).all()
+    assert (outside == 0).all()
+    axes = found.plot().axes[0]
+    low, high = (MM * end(found.corners, axis=0) for end in (np.min, np.max))
+    assert axes.get_xlim()[0] < low[0] < high[0] < axes.get_xlim()[1]
+    assert axes.get_ylim()[0] < low[1] < high[1] < axes.get_ylim()[1]
+    assert finger.fit(finger.read(pad), "cone").corners is None
 
 
 def test_a_rectangle_is_the_same_by_all_its_names():

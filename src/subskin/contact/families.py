@@ -113,7 +113,7 @@ def local_family_of(family: str | Family | LocalFamily) -> LocalFamily:
     if isinstance(family, type) and issubclass(family, RoundContact | PointLoad):
         return family
     seen = f"family = {_check.shown(family)}"
-    rule = f"on an area it has to be one of {', '.join(known)}, or a subclass of RoundContact"
+    rule = f"on an area it has to be one of {', '.join(known)}, patch, or a subclass of RoundContact"
     raise InvalidValueError(seen, rule, 'family="round_hertz"')
 
 

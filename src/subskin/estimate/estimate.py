@@ -75,6 +75,17 @@ class _Found(Frozen):
         return self._sides(2, 1)[..., 0] if self.layout.sides else None
 
     @property
+    def corners(self) -> FloatArray | None:
+        """Of a patch its corners (y, z), one after the other about it [m], shape (..., 4, 2); else None."""
+        if self.half_widths is None or self.turn is None:
+            return None
+        signs = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+        along, across = np.moveaxis(signs * self.half_widths[..., None, :], -1, 0)
+        c, s = np.cos(self.turn)[..., None], np.sin(self.turn)[..., None]
+        away = np.stack([c * along - s * across, s * along + c * across], axis=-1)
+        return np.asarray(self.position[..., None, :] + away)
+
+    @property
     def slopes(self) -> FloatArray | None:
         """Of a patch with a linear pressure, its slopes as of `Patch` [1/m, 1/m, 1/m^2], shape (..., 3); else None."""
         if not self.layout.leaning:

@@ -35,9 +35,9 @@ class Layout(Frozen):
     """Columns of a row that an estimator fills for one frame.
 
     In this order: position (y, or y and z), components of the force (n and t, or n, ty and tz), half width, moment,
-    their covariance (upper triangle, by rows), 95 % interval of the half width (low, high), chi-square (residual), the
-    same of the rival (rival_y to rival_moment), how much larger its chi-square is, status. Without a width, or a
-    moment, its columns are not there.
+    of a rectangle half sides, turn and what its pressure has of its own; their covariance (upper triangle, by rows),
+    95 % interval of the half width (low, high), chi-square (residual), the same of the rival (rival_y and so on), how
+    much larger its chi-square is, status. What a contact has not has no columns.
 
     Parameters
     ----------

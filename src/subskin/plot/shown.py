@@ -165,7 +165,8 @@ def estimate_figure(
         frames = found if found.shape else found[None]
         square = frames.table[:, frames.layout.square[:2, :2]]
         sensors = None if finger is None else finger.array.points
-        return truth_above(frames.position, truth, status=frames.status, covariance=square, sensors=sensors)
+        more: dict[str, Any] = {"covariance": square, "sensors": sensors, "outlines": frames.corners}
+        return truth_above(frames.position, truth, status=frames.status, **more)
     if truth is not None:
         where = _check.real("truth", truth, unit="m") - origin
         return truth_against_estimate(np.atleast_1d(where), found if found.shape else found[None])

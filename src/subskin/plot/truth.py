@@ -261,6 +261,7 @@ def truth_above(
     status: npt.ArrayLike | None = None,
     covariance: npt.ArrayLike | None = None,
     sensors: npt.ArrayLike | None = None,
+    outlines: npt.ArrayLike | None = None,
     title: str = "",
 ) -> Figure:
     """Positions found on an area, from above; with the true ones, the errors as lines, drawn larger than they are.
@@ -281,6 +282,8 @@ def truth_above(
         Of each position [m^2].
     sensors : array_like, shape (n, 2), optional
         Where the sensors are, (y, z) [m].
+    outlines : array_like, shape (m, k, 2), optional
+        Corners of what was found, (y, z) [m]; drawn where no true positions are.
     title : str, optional
         Heading.
 
@@ -315,6 +318,12 @@ def truth_above(
         axes.add_collection(LineCollection(list(lines), colors=Ink.BLACK, linewidths=0.5, zorder=1.5))
         axes.plot(*true.T, "+", color=Ink.BLACK, ms=3.5, mew=0.6, zorder=1.6, label="true position")
         at = ends
+    corners = np.zeros((0, 2))
+    if outlines is not None and truth is None:
+        sides = MM * np.asarray(outlines)[known]
+        look: dict[str, Any] = {"facecolors": "none", "edgecolors": Ink.BLACK, "linewidths": 0.6, "zorder": 1.5}
+        axes.add_collection(PolyCollection(list(sides), label="outline found", **look))
+        corners = sides.reshape(-1, 2)
     doubt = np.zeros_like(at)
     if covariance is not None and len(at) <= MANY // 10:
         good = known & (kinds == Status.OK)
@@ -324,9 +333,9 @@ def truth_above(
     for kind in Status:
         chosen = (kinds == kind) & known
         if chosen.any():
-            look = LOOKS[kind]
-            style: dict[str, Any] = {"color": look.colour, "ms": 3.0, "mew": 0, "zorder": 2}
-            axes.plot(*at[chosen].T, look.marker, label=f"found, {look.name} ({chosen.sum()})", **style)
+            mark = LOOKS[kind]
+            style: dict[str, Any] = {"color": mark.colour, "ms": 3.0, "mew": 0, "zorder": 2}
+            axes.plot(*at[chosen].T, mark.marker, label=f"found, {mark.name} ({chosen.sum()})", **style)
     if not known.all():
         count = int((~known).sum())
         axes.plot([], [], " ", label=f"{count} frame{'s' * (count > 1)} without a position")
@@ -334,7 +343,7 @@ def truth_above(
     if not len(every):
         raise GeometryError("no frame has a position", "there is nothing to draw", "found[found.ok]")
     doubt = np.minimum(doubt, _WIDEST * np.ptp(every, axis=0).max())[known]
-    every = np.concatenate([every, at[known] - doubt, at[known] + doubt])
+    every = np.concatenate([every, corners, at[known] - doubt, at[known] + doubt])
     low, high = every.min(axis=0), every.max(axis=0)
     room = 0.06 * max(float((high - low).max()), 1e-3)
     axes.set(xlabel="$y$ [mm]", ylabel="$z$ [mm]")

@@ -23,7 +23,9 @@ _FEWEST = 2
 _Y, _Z, _TURN, _LENGTH, _Q, _LEAN, _TILT, _HOLLOW = range(3, ROWS, 3)
 """Rows at which slopes in these begin."""
 _RULE_ERROR = 3e-6
-"""Where the digits of the rule end; of a reading it leaves an error up to 2e-4."""
+"""Where the digits of the rule end."""
+FIELD_ERROR = 2e-4
+"""What that leaves of a reading of strain at most, as a share of the largest (tests/verification/test_patches.py)."""
 
 
 class RectangleAt(NamedTuple):

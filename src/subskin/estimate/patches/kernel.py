@@ -1,7 +1,7 @@
 """The compiled heart of a fit of patches: the rectangle that explains a frame best, and what comes near it.
 
-Climbs start from the centre and the second moments that the resultant finds, in some shapes of these, then once more
-from shapes about the best top.
+Climbs start from the centre and the second moments that the resultant finds, in some shapes of these, where these do
+not do from a bank of rectangles, then round by round from shapes about the best top.
 """
 
 from __future__ import annotations
@@ -43,13 +43,14 @@ FOUND = np.dtype(
 )
 """What is filled of a frame: unknowns and components, the upper triangle of their covariance, and of the rival."""
 _FINE = Ending(0.003)
-_TOPS = 3
-"""Shapes that are climbed from, each time."""
-_ROUNDS, _SCANNED = 8, 6
+_TOPS, _SCANNED, _ROUNDS = 3, 6, 8
+"""Shapes that are climbed from at first, and of the bank; rounds, the first of which these are."""
 _MOVED = (0.4, 0.8, -0.4, -0.8, -9.0)
+"""Depths by which a round moves each side, out or in, but in by at most 0.6 half sides: the last is that far."""
 _MOMENT, _FAR = 4.0 / 45.0, 0.7
 """How the second moment of a pressure along a side, in half sides, grows as it is hollow; shares of the ends tried."""
 _GROUPS, _MOVES = len(_MOVED) + 1, 4 * len(_MOVED) + 3
+"""Ways of moving a side, and the turns, of each of which the best is climbed from; all that a round looks at."""
 _SHAPES = (
     (0.0, 1.0, 1.0), (0.0, 0.7, 0.7), (0.0, 1.3, 1.3), (0.0, 1.3, 0.75), (0.0, 0.75, 1.3),
     (0.25, 1.0, 1.0), (0.25, 0.8, 0.8), (0.25, 1.2, 1.2), (0.25, 1.3, 0.75), (0.25, 0.75, 1.3),
@@ -59,6 +60,7 @@ _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _ANY = 48.0 / math.pi**2
 """Information on a turn that may be any, up to a quarter [1/rad2]."""
 _HELD = 1e200
+"""Information on what is held."""
 _SAME = 0.01
 """Chi-square within which two climbs ended on one top."""
 _SMALL, _LIKE = 0.15, 0.05
@@ -96,7 +98,8 @@ class PatchSearch(NamedTuple):
 
 
 @compiled(inline=True)
-def _of(shape):
+def _rectangle(shape):
+    """The rectangle that a `SHAPE` names."""
     return RectangleAt(shape.y, shape.z, shape.direction, shape.length, shape.q, shape.lean, shape.tilt, shape.hollow)
 
 
@@ -151,7 +154,7 @@ def _marked(w, search, shapes, fits):
     """Mark shapes with what they explain."""
     trial = fits[fits.size - 1]
     for k in range(shapes.size):
-        project(w, search.model, search.limits, _of(shapes[k]), trial)
+        project(w, search.model, search.limits, _rectangle(shapes[k]), trial)
         shapes[k].mark = trial.explained
 
 
@@ -164,7 +167,7 @@ def _from_best(w, search, shapes, most, fits, count):
         for k in range(1, shapes.size):
             if shapes[k].mark > shapes[best].mark:
                 best = k
-        climb(w, search.model, search.limits, search.box, _of(shapes[best]), _FINE, fits[count], trial)
+        climb(w, search.model, search.limits, search.box, _rectangle(shapes[best]), _FINE, fits[count], trial)
         shapes[best].mark = -1.0
         count += 1
     return count
@@ -196,15 +199,15 @@ def fill_bank(shapes, model, basis):
     n, (points, along, across, depth, _, _) = basis.shape[2], model
     mine = RectangleModel(in_room(points, n), along, across, depth, 0.0, np.empty((ROWS, n)))
     for k in range(shapes.size):
-        rectangle_field(mine, _of(shapes[k]))
+        rectangle_field(mine, _rectangle(shapes[k]))
         for row in range(3):
             one = mine.rows[row]
             for before in range(row):
-                along = 0.0
+                taken = 0.0
                 for i in range(n):
-                    along += one[i] * mine.rows[before, i]
+                    taken += one[i] * mine.rows[before, i]
                 for i in range(n):
-                    one[i] -= along * mine.rows[before, i]
+                    one[i] -= taken * mine.rows[before, i]
             size = 0.0
             for i in range(n):
                 size += one[i] * one[i]
@@ -269,6 +272,7 @@ def _spread(fits, count, top, square):
 
 @compiled(borrows=True)
 def _frame(w, start, search, fits, shapes, marks, none, row):
+    """Fill the row of a frame; marks: which fits a round has set out from; none: a covariance of nothing."""
     depth, low, high = search.model.depth, search.low, search.high
     y, z, mean = start.y, start.z, 0.5 * (start.yy + start.zz)
     length = half = depth

@@ -17,7 +17,7 @@ from ..answer import Status
 from ..area.judge import plain
 from ..area.locator import LocalLocator
 from ..area.point import tabulated
-from ..area.rectangle import RectangleAt, RectangleModel, rules
+from ..area.rectangle import FIELD_ERROR, RectangleAt, RectangleModel, rules
 from ..area.search import reach_of, search_of
 from ..frames import sensor_rows
 from ..layout import HOLLOW, LEANING, PATCH, Layout
@@ -30,8 +30,6 @@ PRESSURES = {"even": PATCH, "linear": LEANING, "punch": HOLLOW}
 """Layouts, by the name of a pressure."""
 _VAGUE, _APART = 0.3, 1.0
 """Standard deviations, over the normal force and over the depth, from which an answer is AMBIGUOUS."""
-
-
 _LEAST = 0.1
 """Depths up to which half widths are not looked for, if nothing is said."""
 _GROWS, _LONGEST, _STEP, _MOST = 0.5, 12.0, 0.6, 400_000
@@ -39,8 +37,6 @@ _GROWS, _LONGEST, _STEP, _MOST = 0.5, 12.0, 0.6, 400_000
 of their middles; and how many readings of them are kept."""
 _UNLIKE = 0.012
 """Share of a load that is added to its standard deviation: measured on pressed boxes (docs/patches.md)."""
-_RULE_ERROR = 1e-4
-"""Of the field, as a share of the reading."""
 _KNOWN = 1e-150
 """Variance of what is held."""
 _USUAL, _INSIDE = 0.02, 0.98
@@ -140,7 +136,7 @@ class PatchLocator(LocalLocator):
         middle = np.array([[np.mean(ends) for ends in self.search]])
         strongest = np.abs(self.response.select(pattern)(middle) / np.asarray(array.noise)[:, None]).max()
         most, usual = (self._left(len(array), chance) for chance in (self._false_alarm, _USUAL))
-        wrong = float(len(array) * ((error + _RULE_ERROR) * strongest) ** 2)
+        wrong = float(len(array) * ((error + FIELD_ERROR) * strongest) ** 2)
         search = PatchSearch(
             model, self._bank(model, len(array)), Limits(self.friction), self._detection, most, usual, self._ambiguity,
             wrong, self._ends, RectangleAt(*self._ends[::2].tolist()), RectangleAt(*self._ends[1::2].tolist()),
