@@ -6,6 +6,7 @@ from . import errors as errors
 from . import estimate as estimate
 from . import faults as faults
 from . import finger as finger
+from . import grasp as grasp
 from . import io as io
 from . import lattice as lattice
 from . import live as live
@@ -13,6 +14,7 @@ from . import loads as loads
 from . import material as material
 from . import measured as measured
 from . import memo as memo
+from . import mujoco as mujoco
 from . import plot as plot
 from . import prepared as prepared
 from . import pressing as pressing

@@ -12,7 +12,7 @@ from ._check import FloatArray
 from ._declared import Noun, Real
 from .errors import InvalidValueError
 
-__all__ = ["SensorFaults"]
+__all__ = ["SensorFaults", "Spoiled"]
 
 _FAR = 1.2
 """Of the distance to the nearest sensor, up to which others are its neighbours."""
@@ -77,6 +77,17 @@ class SensorFaults(Noun):
             seen = f"share of shape {shapes[0]}, time of shape {shapes[1]}"
             raise InvalidValueError(seen, "one of each a term is needed", "share=[0.1], time=[1.5]")
 
+    def begin(self, points: FloatArray, rng: np.random.Generator) -> Spoiled:
+        """Sensors at `points` (n, d) [m] with faults drawn by `rng`, for frames that come one by one.
+
+        Examples
+        --------
+        >>> sensors = SensorFaults(dead=1.0).begin(np.zeros((2, 2)), np.random.default_rng(0))
+        >>> sensors.step(np.ones(2), np.zeros(2), 0.0).tolist()
+        [0.0, 0.0]
+        """
+        return Spoiled(self, points, rng)
+
     def spoil(self, xp: Any, readings: Any, offset: Any, points: FloatArray, key: Any, times: Any) -> Any:
         """Readings (..., n) as sensors at `points` (n, d) with such faults give them.
 
@@ -131,6 +142,71 @@ class SensorFaults(Noun):
         if self.drift:
             out = out + self.drift * own[3] * times[:, None]
         return xp.round(out / self.resolution) * self.resolution if self.resolution else out
+
+
+class Spoiled:
+    """Sensors with faults of their own, which spoil one frame after the other: `SensorFaults.begin` makes it.
+
+    Parameters
+    ----------
+    faults : SensorFaults
+        What may be wrong.
+    points : ndarray, shape (n, d)
+        Where the sensors are [m].
+    rng : Generator
+        For what is random.
+
+    Examples
+    --------
+    >>> rubber = SensorFaults(share=[0.2], time=[0.5])
+    >>> held = rubber.begin(np.zeros((1, 2)), np.random.default_rng(0))
+    >>> [round(float(held.step(np.ones(1), np.zeros(1), t)[0]), 3) for t in (0.0, 0.5, 5.0)]
+    [1.0, 0.874, 0.8]
+    """
+
+    def __init__(self, faults: SensorFaults, points: FloatArray, rng: np.random.Generator) -> None:
+        n = len(points)
+        self._faults, self._rng = faults, rng
+        self._gain, self._chance, self._offset, self._drift = rng.standard_normal((4, n))
+        self._mixed = _mixed(points, faults.crosstalk) if faults.crosstalk else None
+        self._share, self._time = (np.atleast_1d(each)[:, None] for each in (faults.share, faults.time))
+        self.restart()
+
+    def restart(self) -> None:
+        """The next frame is the first: nothing has drifted, and the rubber remembers nothing."""
+        self._memory, self._before = 0.0 * self._share, np.zeros(1)
+        self._then, self._began = np.nan, np.nan
+
+    def step(self, readings: FloatArray, offset: FloatArray, time: float) -> FloatArray:
+        """One frame as these sensors give it, shape (n,); as of `SensorFaults.spoil`.
+
+        Parameters
+        ----------
+        readings, offset : ndarray, shapes (n,)
+            Without faults.
+        time : float
+            Of the frame [s]; it may not fall.
+        """
+        from scipy.special import ndtri
+
+        faults, out = self._faults, readings - offset
+        if self._mixed is not None:
+            out = self._mixed @ out
+        if np.isnan(self._began):
+            self._began = self._then = time
+        if len(self._share):
+            ratio = (time - self._then) / self._time
+            gain = -np.expm1(-ratio) / np.where(ratio > 0, ratio, 1.0) + (ratio <= 0)
+            self._memory = np.exp(-ratio) * self._memory + gain * (out - self._before)
+            self._before, self._then = out, time
+            out = (1.0 - self._share.sum()) * out + (self._share * self._memory).sum(axis=0)
+        out = out * (1.0 + faults.gain * self._gain)
+        if faults.dead:
+            out = np.where(self._chance < float(ndtri(faults.dead)), 0.0, out)
+        out = out + offset + faults.offset * self._offset + faults.drift * (time - self._began) * self._drift
+        if faults.noise:
+            out = out + faults.noise * self._rng.standard_normal(out.shape)
+        return np.asarray(np.round(out / faults.resolution) * faults.resolution if faults.resolution else out)
 
 
 def _mixed(points: FloatArray, share: float) -> FloatArray:

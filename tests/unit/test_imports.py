@@ -58,6 +58,8 @@ ORDER = (
     "memo",
     "design",
     "io",
+    "mujoco",
+    "grasp",
     "plot",
     "report",
     "live",

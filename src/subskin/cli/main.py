@@ -38,6 +38,7 @@ _COMMANDS = {
     "compliance": "say how soft a skin should be to find a particle on a flat",
     "tolerances": "say what each tolerance of a finger costs in locating",
     "design": "find the fingers that meet your goals, with a report",
+    "grasp": "lift things of unknown weight and friction in simulation, by what two skins tell",
     "ports": "list the boards that are plugged in, and guess their drivers",
     "replay": "run a recording of a live stream again, or with another finger",
     "recover": "save what can be read of a recording that was not closed",

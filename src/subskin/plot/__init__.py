@@ -17,6 +17,7 @@ from ..errors import InvalidValueError
 from ..io.files import path_of
 from .above import finger_above
 from .compliance import compliance_figure, figure_17
+from .grasp import felt_figure, lift_figure, lift_movie
 from .half_plane import half_plane_map_figure, tip_map_figure
 from .memo_filter import figure_14, figure_15
 from .memo_lines import figure_2, figure_3, figure_6, figure_9, figure_11, figure_12, figure_13
@@ -45,11 +46,14 @@ __all__ = [
     "design_map_figure",
     "drift_figure",
     "estimate_figure",
+    "felt_figure",
     "field_map",
     "finger_above",
     "finger_figure",
     "finger_section",
     "half_plane_map_figure",
+    "lift_figure",
+    "lift_movie",
     "memo_figure",
     "placement_figure",
     "placement_study_figure",

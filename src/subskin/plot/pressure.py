@@ -345,12 +345,13 @@ def pressure_movie(
         for i, values in enumerate(pressure):
             picture.set_array(np.transpose(values / scale))
             title.set_text(f"frame {i}: {found.normal_force[i]:.3g} N" if there[i] else f"frame {i}")
-            frames.append(_drawn(figure))
+            frames.append(drawn(figure))
     with replacing(str(path)) as part:
         frames[0].save(part, format="GIF", save_all=True, append_images=frames[1:], duration=1e3 / rate, loop=0)
 
 
-def _drawn(figure: Figure) -> Image.Image:
+def drawn(figure: Figure) -> Image.Image:
+    """The figure as a picture."""
     canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
     return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
