@@ -17,6 +17,7 @@ from ..estimate import ResultantReader
 from ..faults import SensorFaults
 from ..finger import Finger
 from ..mujoco import GeomSkin, SampledSkin
+from ..prepared import prepared
 from .lift import pad_finger
 from .scene import PADS, Thing, gripper_xml, things
 
@@ -30,8 +31,8 @@ _STRONGEST, _SPEED, _HEIGHT = 15.0, 0.1, 0.06
 """Largest force of a finger [N], largest speed of the arm [m/s], height at which a thing is lifted [m]."""
 _LONGEST = 5.0
 """Of an episode [s]."""
-_MOST = 10.0
-"""Bound of an observation."""
+_LOAD, _ARM, _MOST = 5.0, 5e-3, 10.0
+"""By what forces are divided in an observation [N], by what torsions beforehand [m]; and its bound."""
 _UP, _DOWN = 0.01, 2e-3
 """Heights of a thing that was lifted, and of one that is down again [m]."""
 _RISES, _SLIDES, _SQUEEZES, _DROPS = 1.0, 20.0, 0.01, 1.0
@@ -87,9 +88,10 @@ class GraspEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     ) -> None:
         _check.choice("observation", observation, ("estimates", "frames", "forces"))
         self._what, self.render_mode = observation, render_mode
-        self._finger = pad_finger() if finger is None else finger
+        self._finger = finger = pad_finger() if finger is None else finger
         self._faults, self._draw = faults, _drawn if draw is None else draw
-        self._reader = ResultantReader(self._finger) if observation == "estimates" else None
+        known = observation == "estimates"
+        self._reader = prepared(finger).get(("resultant",), lambda: ResultantReader(finger)) if known else None
         array = self._finger.array
         self._unit = 100.0 * np.asarray(array.noise)
         size = 2 * (len(array) if observation == "frames" else 4) + 2
@@ -175,19 +177,20 @@ class GraspEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
 
     def _seen(self) -> npt.NDArray[np.float32]:
         own = [self._force / _STRONGEST, float(self._data.qpos[0]) / _HEIGHT]
-        seen = np.concatenate([*(self._told(skin) for skin in self._skins), own])
+        seen = np.concatenate([self._told().ravel(), own])
         return np.asarray(np.clip(seen, -_MOST, _MOST), dtype=np.float32)
 
-    def _told(self, sampled: SampledSkin) -> FloatArray:
-        """What one skin tells, in numbers of about 1."""
+    def _told(self) -> FloatArray:
+        """What the skins tell, a row for each, in numbers of about 1."""
         if self._what == "forces":
-            felt = sampled.skin.feel(self._data, pressed=False)
-            return np.array([*felt.force, felt.torsion / 5e-3]) / 5.0
-        frame = sampled.read(self._data)
+            felt = [sampled.skin.feel(self._data, pressed=False) for sampled in self._skins]
+            return np.array([(*each.force, each.torsion / _ARM) for each in felt]) / _LOAD
+        frames = np.stack([sampled.read(self._data) for sampled in self._skins])
         if self._reader is None:
-            return np.asarray((frame - np.asarray(self._finger.array.offset)) / self._unit)
-        found = self._reader(frame)
-        return np.asarray(np.nan_to_num([*found.components, found.torsion / 5e-3])) / 5.0
+            return np.asarray((frames - np.asarray(self._finger.array.offset)) / self._unit)
+        found = self._reader(frames)
+        loads = np.concatenate([found.components, found.torsion[:, None] / _ARM], axis=1)
+        return np.asarray(np.nan_to_num(loads / _LOAD))
 
 
 def _drawn(seed: int) -> Thing:

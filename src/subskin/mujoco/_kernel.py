@@ -1,4 +1,4 @@
-"""Readings of forces at points: each is laid on the nodes of a lattice around it, whose readings are known."""
+"""Contact points of MuJoCo in the axes of a geom; and readings of forces at points, by a lattice of known readings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from .._compiled import compiled
 
-__all__ = ["read_points"]
+__all__ = ["contacts_of", "read_points"]
 
 
 @compiled(borrows=True)
@@ -49,3 +49,50 @@ def _weights(at, count, weights):
     weights[2] = -(t + 1.0) * t * (t - 2.0) / 2.0
     weights[3] = (t + 1.0) * t * (t - 1.0) / 6.0
     return first
+
+
+@compiled(borrows=True)
+def contacts_of(geom, elliptic, contacts, forces, pose, others, out):
+    """Fill `others` (k,) with the geoms that press on a geom, and `out` (k, 9): force, twist and point in its axes.
+
+    contacts: of MuJoCo's contact points geom (c, 2), pos (c, 3), frame (c, 9), dim, efc_address (c,) and friction
+    (c, 5); forces: its efc_force; pose: centre (3,) and axes (9,) of the geom. Pyramids are decoded as MuJoCo does:
+    the normal force is the sum over their edges, a tangential one the difference of two times its friction. Returns
+    their count k.
+    """
+    pairs, points, frames, dims, addresses, frictions = contacts
+    centre, turn = pose
+    count = 0
+    local = out[out.shape[0] - 1]  # scratch behind what is filled
+    for c in range(pairs.shape[0]):
+        first = pairs[c, 0] == geom
+        start = addresses[c]
+        if (not first and pairs[c, 1] != geom) or start < 0:
+            continue
+        dim = dims[c]
+        for i in range(6):
+            local[i] = 0.0
+        if elliptic or dim == 1:
+            for i in range(dim):
+                local[i] = forces[start + i]
+        else:
+            for i in range(dim - 1):
+                one, two = forces[start + 2 * i], forces[start + 2 * i + 1]
+                local[0] += one + two
+                local[i + 1] = (one - two) * frictions[c, i]
+        sign = -1.0 if first else 1.0
+        others[count] = pairs[c, 1] if first else pairs[c, 0]
+        for j in range(3):
+            force, twist, at = 0.0, 0.0, 0.0
+            for i in range(3):
+                axis = 0.0
+                for k in range(3):
+                    axis += frames[c, 3 * i + k] * turn[3 * k + j]
+                force += local[i] * axis
+                twist += local[i + 3] * axis
+                at += (points[c, i] - centre[i]) * turn[3 * i + j]
+            out[count, j] = sign * force
+            out[count, 3 + j] = sign * twist
+            out[count, 6 + j] = at
+        count += 1
+    return count

@@ -185,7 +185,8 @@ def clipped(outline: FloatArray, by: FloatArray) -> FloatArray:
     if (y * np.roll(z, -1) - z * np.roll(y, -1)).sum() < 0:
         by = by[::-1]
     for start, end in zip(by, np.roll(by, -1, axis=0), strict=True):
-        side = np.cross(end - start, outline - start) if len(outline) else np.zeros(0)
+        (a, b), away = end - start, outline - start
+        side = a * away[:, 1] - b * away[:, 0]
         kept = []
         for i, inside in enumerate(side >= 0):
             other = side[i - 1]

@@ -16,7 +16,7 @@ from ..contact import PointLoad
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
 from ..prepared import Prepared, prepared
-from ._kernel import read_points
+from ._kernel import contacts_of, read_points
 from .footing import clipped, footing_of
 from .pressed import Outline, PressedFeet, principal
 from .surface import Surface, surface_of
@@ -28,8 +28,8 @@ __all__ = ["Felt", "GeomSkin", "contact_to_skin"]
 
 _SKINS: WeakKeyDictionary[Any, Prepared] = WeakKeyDictionary()
 """Of each model the skins that `contact_to_skin` was asked for."""
-_FACING = 0.5
-"""Cosine between the skin's normal and a contact's, below which the contact is beside the skin."""
+_FACING = 0.25
+"""Share of a contact's force along the skin's normal, below which the contact is beside the skin."""
 _STILL, _TURNED = 5e-6, 1e-3
 """By how much a body may move [m] and turn [rad] until its footing is asked for again."""
 _STEP, _FEWEST, _MOST = 0.25, 4, 40_000
@@ -169,13 +169,14 @@ class GeomSkin:
             seen, rule = f"a finger of {finger.skin}", "it is solved in a plane; contacts of MuJoCo end on all sides"
             raise GeometryError(seen, rule, "HalfSpace(material), or Layered(...); a row of sensors may lie in it")
         self.model, self.finger = model, finger
+        self._elliptic = int(model.opt.cone) == 1
         self.geom = _number(model, geom)
         self.edge_radius = _check.scalar("edge_radius", edge_radius, unit="m", above=0.0)
         self.surface: Surface = surface_of(model, self.geom, face)
         self._footings: dict[int, tuple[FloatArray, FloatArray, tuple[Any, ...]]] = {}
         half = self.surface.half
         known = prepared(finger)
-        self._feet = known.get(("feet",), lambda: PressedFeet(finger.skin))
+        self._feet = known.get(("feet",), lambda: PressedFeet(finger.skin, float(np.asarray(finger.array.depth).min())))
         self._lattice = known.get(("lattice", *half), lambda: _lattice(finger, half)) if _is_linear(finger) else None
         nodes = (1, 1) if self._lattice is None else self._lattice[2].shape[:2]
         self._scratch = np.zeros((*nodes, 3)), np.empty((2, 4))
@@ -190,43 +191,37 @@ class GeomSkin:
         pressed : bool, optional
             Spread forces as pressures; without it only `force` and `moment` are known, and there are no points.
         """
-        import mujoco
-
-        contact = data.contact
-        pairs = contact.geom
-        mine = np.flatnonzero((pairs == self.geom).any(axis=1) & (contact.efc_address >= 0))
-        beside = np.zeros(3)
-        if not mine.size:
-            return Felt(self, (), beside)
-        centre, turn = data.geom_xpos[self.geom], data.geom_xmat[self.geom].reshape(3, 3)
-        own, sign = pairs[mine], np.where(pairs[mine, 1] == self.geom, 1.0, -1.0)
-        other = np.where(sign > 0, own[:, 0], own[:, 1])
-        wrench = np.empty((mine.size, 6))
-        for i, row in enumerate(mine):
-            mujoco.mj_contactForce(self.model, data, row, wrench[i])
-        # rows of a contact's frame are its axes in the world; those of the skin's come from its geom's
-        to_geom = (sign[:, None, None] * contact.frame[mine].reshape(-1, 3, 3)) @ turn
-        force, twist = (np.einsum("ki,kij->kj", part, to_geom) for part in (wrench[:, :3], wrench[:, 3:]))
-        at = (contact.pos[mine] - centre) @ turn
-        touches = []
-        for geom in dict.fromkeys(other.tolist()):
-            chosen = other == geom
-            weights = np.abs(wrench[chosen, 0])
-            middle = weights @ at[chosen] / weights.sum() if weights.any() else at[chosen].mean(axis=0)
-            origin, axes, position = self.surface.frame(middle)
-            facing = chosen & (to_geom[:, 0] @ axes[0] >= _FACING)
-            beside += axes @ force[chosen & ~facing].sum(axis=0)
-            total = axes @ force[facing].sum(axis=0)
-            if total[0] <= 0:
-                beside += total
+        contact, beside = data.contact, np.zeros(3)
+        centre, turn = data.geom_xpos[self.geom], data.geom_xmat[self.geom]
+        others, found = np.empty(data.ncon, np.int64), np.empty((data.ncon + 1, 9))
+        parts = contact.geom, contact.pos, contact.frame, contact.dim, contact.efc_address, contact.friction
+        count = contacts_of(self.geom, self._elliptic, parts, data.efc_force, (centre, turn), others, found)
+        turn, touches = turn.reshape(3, 3), []
+        for geom in dict.fromkeys(others[:count].tolist()):
+            mine = found[:count][others[:count] == geom]
+            force, twist, at = mine[:, :3], mine[:, 3:6], mine[:, 6:]
+            weights = np.sqrt((force * force).sum(axis=1))
+            total = weights.sum()
+            if total == 0.0:
                 continue
-            turning = (at[facing] - origin).T @ force[facing]  # of r by f: its odd part is the moment
+            origin, axes, position = self.surface.frame(weights @ at / total)
+            facing = force @ axes[0] >= _FACING * weights
+            if not facing.all():
+                beside += axes @ force[~facing].sum(axis=0)
+                force, twist, at = force[facing], twist[facing], at[facing]
+            summed = axes @ force.sum(axis=0)
+            if summed[0] <= 0:
+                beside += summed
+                continue
+            turning = (at - origin).T @ force  # of r by f: its odd part is the moment
             odd = turning - turning.T
-            moment = axes @ (np.array([odd[1, 2], odd[2, 0], odd[0, 1]]) + twist[facing].sum(axis=0))
+            moment = axes @ (np.array([odd[1, 2], odd[2, 0], odd[0, 1]]) + twist.sum(axis=0))
             if not pressed:
-                touches.append(Touch(geom, total, moment + _moved(total, position), np.zeros((0, 2)), np.zeros((0, 3))))
+                touches.append(
+                    Touch(geom, summed, moment + _moved(summed, position), np.zeros((0, 2)), np.zeros((0, 3)))
+                )
                 continue
-            touches.append(self._touch(data, geom, origin, axes, position, total, moment, turn, centre))
+            touches.append(self._touch(data, geom, origin, axes, position, summed, moment, turn, centre))
         return Felt(self, tuple(touches), beside)
 
     def read(self, points: FloatArray, forces: FloatArray, rng: np.random.Generator | None = None) -> FloatArray:

@@ -19,23 +19,28 @@ from ..skin import HalfSpace, Skin
 
 __all__ = ["Foot", "Outline", "PressedFeet", "principal"]
 
-_FINE, _FINEST, _POINTS = 64, 128, 32
-"""Nodes along a side of a press; of one with a sharp rim all around, made once; and of the points that stand for it."""
+_FINE, _FINEST = 64, 128
+"""Nodes along a side of a press; and of a flat face, with its sharp rim."""
+_FEW, _MANY, _WIDE = 16, 32, 8.0
+"""Points along a side that stand for a pressure; for that of a curved body that ends, or of one whose half length is
+more than so many depths."""
 _UNIT = 1e-3
 """Half length to which outlines are scaled on a half space, which has no length of its own [m]."""
 _CURVED = 100.0
 """Curvature to which bodies are scaled, their forces with them [1/m]."""
 _SHAPES, _LEVELS = 0.02, 0.1
 """Steps of the logarithm of lengths, and of loads, between presses."""
-_LEANS = (0.02, 0.05)
+_LEANS = (0.01, 0.05)
 """Steps of the centre of pressure, in half lengths, between presses of flat faces and of curved ones."""
+_CORNERS = 0.005
+"""Step of a corner, in half lengths."""
 _LEAN = 0.1
 """Centre of pressure, in half lengths, of the presses whose difference tells how a flat face leans."""
 _SHORTER, _TRIES = 0.9, 12
 """A centre of pressure that no press reaches is drawn in by this factor, so many times; the rest is moved."""
 _LEAST = 1e-6
 """Of a half length, what the points of a pressure are apart at least."""
-_THIN = 0.01
+_THIN = 0.05
 """Of the longer half length, the least that a shorter one is taken for."""
 _STRAIGHT, _SQUARE = 1e-3, 1e-3
 """Of the larger curvature, what is none; of a rectangle's area, what a polygon may lack to be one."""
@@ -95,19 +100,21 @@ class PressedFeet:
     ----------
     skin : Skin
         One that takes local contacts.
+    depth : float
+        Of the shallowest sensor [m]: points lie at most about so far apart.
 
     Examples
     --------
     >>> import subskin as ss
-    >>> feet, ball = PressedFeet(ss.HalfSpace(ss.Material(young=0.4e6))), Outline(np.full(2, np.inf))
+    >>> feet, ball = PressedFeet(ss.HalfSpace(ss.Material(young=0.4e6)), 2e-3), Outline(np.full(2, np.inf))
     >>> at, share = feet.of(np.array([50.0, 50.0]), ball, 0.5, np.zeros(2))
     >>> hertz = (0.75 * 0.5 * 20e-3 / (0.4e6 / 0.75)) ** (1 / 3)
     >>> round(float(share.sum()), 9), round(float(np.sqrt(share @ (at**2).sum(axis=1)) / hertz / np.sqrt(0.4)), 2)
     (1.0, 1.0)
     """
 
-    def __init__(self, skin: Skin) -> None:
-        self.skin, self._kept = skin, Prepared(_KEPT)
+    def __init__(self, skin: Skin, depth: float) -> None:
+        self.skin, self._wide, self._kept = skin, _WIDE * depth, Prepared(_KEPT)
         self._free = isinstance(skin, HalfSpace)
 
     def of(
@@ -148,9 +155,11 @@ class PressedFeet:
         half, scale = self._lengths(own)
         load = force * _CURVED / curved / (scale[0] * scale[1]) ** 1.5 if curved > 0 else 1.0
         level = 1.0 if curved == 0 or (self._free and not any(ends)) else _stepped(load, _LEVELS)
-        corners = None if outline.corners is None else np.round(outline.corners / outline.half / _SHAPES) * _SHAPES
+        corners = None if outline.corners is None else np.round(outline.corners / outline.half / _CORNERS) * _CORNERS
         to = [c / h if e else 0.0 for c, h, e in zip(centre.tolist(), own, ends, strict=True)]
-        at, share = self._leaned(ratio, half, corners, level, to)
+        longest = max((h for h, e in zip(own, ends, strict=True) if e), default=0.0)
+        points = _MANY if longest > self._wide or (any(ratio) and any(ends)) else _FEW
+        at, share = self._leaned(ratio, half, corners, level, to, points)
         if curved > 0:  # what does not end grows with the load: as N^(1/3), across a cylinder as N^(1/2)
             grows = (load / level) ** (1 / 3 if all(ratio) else 0.5)
             scale = [by if e else by * grows for by, e in zip(scale, ends, strict=True)]
@@ -170,18 +179,24 @@ class PressedFeet:
         return pressed, [h / p if h < np.inf else open_ for h, p in zip(half, pressed, strict=True)]
 
     def _leaned(
-        self, ratio: list[float], half: list[float], corners: FloatArray | None, level: float, to: list[float]
+        self,
+        ratio: list[float],
+        half: list[float],
+        corners: FloatArray | None,
+        level: float,
+        to: list[float],
+        points: int,
     ) -> tuple[FloatArray, FloatArray]:
         """Points and shares of a press whose centre lies at `to`, in half lengths, as nearly as it may."""
-        shape = (*ratio, *half, None if corners is None else corners.tobytes())
+        shape = (points, *ratio, *half, None if corners is None else corners.tobytes())
         if not any(ratio):
-            at, even, y, z = self._kept.get(("flat", *shape), lambda: self._flat(_foot(ratio, half, corners)))
+            at, even, y, z = self._kept.get(("flat", *shape), lambda: self._flat(_foot(ratio, half, corners), points))
             share = even + to[0] * y + to[1] * z
             if share.min() >= 0:
                 return at, share
         step = _LEANS[any(ratio)]
         steps = [round(each / step) * step for each in to]
-        press = partial(self._pressed, to=np.array(steps), force=level)
+        press = partial(self._pressed, to=np.array(steps), force=level, points=points)
         at, share = self._kept.get((level, *steps, *shape), lambda: press(_foot(ratio, half, corners)))
         # what the steps leave: a pressure that leans by a little
         axes = [i for i in (0, 1) if half[i] < np.inf]
@@ -194,16 +209,16 @@ class PressedFeet:
         lean = 1.0 + away @ np.linalg.solve((share * away.T) @ away + least, missing)
         return at, share * lean if lean.min() >= 0.0 else share
 
-    def _flat(self, foot: Foot) -> tuple[FloatArray, ...]:
+    def _flat(self, foot: Foot, points: int) -> tuple[FloatArray, ...]:
         """Of a flat face the points, the shares when pressed evenly, and by how much they change as it leans."""
-        even, *leaned = (self._maps(foot, 1.0, _LEAN * each, _FINEST) for each in (np.zeros(2), *np.eye(2)))
+        even, *leaned = (self._maps(foot, 1.0, _LEAN * each, _FINEST, points) for each in (np.zeros(2), *np.eye(2)))
         touched = even[0] > 0
         share, *rest = (each[touched] for each in (even[0], *((each[0] - even[0]) / _LEAN for each in leaned)))
         return np.moveaxis(even[1:], 0, -1)[touched] / share[:, None], share, *rest
 
-    def _pressed(self, foot: Foot, force: float, to: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _pressed(self, foot: Foot, force: float, to: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
         """Points and shares beneath a foot with its centre of pressure at `to`, in half lengths."""
-        maps = self._maps(foot, force, to, _FINE)
+        maps = self._maps(foot, force, to, _FINE if foot.curvature.any() else _FINEST, points)
         touched = maps[0] > 0
         share = maps[0][touched]
         at = np.moveaxis(maps[1:], 0, -1)[touched] / share[:, None]
@@ -212,7 +227,15 @@ class PressedFeet:
             at, share = (at[:, None] + around).reshape(-1, 2), np.repeat(share / len(around), len(around))
         return at, share
 
-    def _maps(self, foot: Foot, force: float, to: FloatArray, nodes: int) -> FloatArray:
+    def _stretched(self, foot: Foot, nodes: FloatArray, axis: int) -> FloatArray:
+        """Nodes of the grid along an axis, so that their cells end where the foot does: by up to half a step."""
+        half, step = foot.outline.half[axis], nodes[1] - nodes[0]
+        last = np.abs(nodes[np.abs(nodes) <= half]).max(initial=0.0)
+        if foot.outline.corners is not None or half == np.inf or half - last >= step:  # the contact ends before
+            return nodes
+        return np.asarray(nodes * (half / (last + 0.5 * step)))
+
+    def _maps(self, foot: Foot, force: float, to: FloatArray, nodes: int, points: int) -> FloatArray:
         """The share of the force of each point, and its first moments along y and z, shape (3, points, points)."""
         half = np.where(np.isfinite(foot.outline.half), foot.outline.half, 0.0)
         for _ in range(_TRIES):
@@ -226,8 +249,9 @@ class PressedFeet:
                 to = to * _SHORTER
         else:
             pressed = press(self.skin, foot, force=force, nodes=nodes, max_strain=None)
-        share, by = pressed.pressure / pressed.pressure.sum(), nodes // _POINTS
-        maps = np.stack([share, share * pressed.y[:, None], share * pressed.z])
+        share, by = pressed.pressure / pressed.pressure.sum(), nodes // points
+        y, z = self._stretched(foot, pressed.y, 0), self._stretched(foot, pressed.z, 1)
+        maps = np.stack([share, share * y[:, None], share * z])
         wide = np.pad(maps, [(0, 0), *((0, -n % by) for n in share.shape)])
         n, m = wide.shape[1] // by, wide.shape[2] // by
         return np.asarray(wide.reshape(3, n, by, m, by).sum(axis=(2, 4)))
@@ -303,6 +327,6 @@ def principal(curvature: FloatArray, corners: FloatArray) -> tuple[FloatArray, F
     half = np.maximum(half, _THIN * half.max())
     y, z = (own - middle).T
     area = 0.5 * (y * np.roll(z, -1) - z * np.roll(y, -1)).sum()
-    rectangle = abs(area) > (1 - _SQUARE) * 4 * half.prod()
+    rectangle = half.min() <= _THIN * half.max() or abs(area) > (1 - _SQUARE) * 4 * half.prod()
     kept = None if rectangle else (own - middle)[:: 1 if area > 0 else -1]
     return middle @ axes, axes, values, Outline(half, kept)

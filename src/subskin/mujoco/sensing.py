@@ -158,12 +158,15 @@ def skins_of(
     >>> skins_of(mujoco.MjModel.from_xml_string("<mujoco/>"))
     {}
     """
+    import mujoco
+
     found = {}
     for i in range(model.ntext):
-        text = model.text(i)
-        if text.name.startswith(_PREFIX):
-            said = bytes(text.data).rstrip(b"\0").decode()
-            geom = text.name.removeprefix(_PREFIX)
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, i)
+        if name.startswith(_PREFIX):
+            start = model.text_adr[i]
+            said = bytes(model.text_data[start : start + model.text_size[i]]).rstrip(b"\0").decode()
+            geom = name.removeprefix(_PREFIX)
             found[geom] = _skin_of(model, geom, said, Path(folder), envs, seed + i)
     return found
 

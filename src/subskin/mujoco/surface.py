@@ -49,7 +49,7 @@ class Surface(Frozen):
     @property
     def outline(self) -> FloatArray:
         """Corners of the skin, counterclockwise, shape (4, 2) [m]."""
-        return self.half * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+        return np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) * self.half
 
     def frame(self, point: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Origin (3,) [m] and axes (3, 3), rows, of the surface beneath a point of the geom, and where it is (2,) [m].

@@ -17,19 +17,14 @@ from .style import DOUBLE, MM, SINGLE, Figure, Ink, finished, house_style, new_f
 
 __all__ = ["felt_figure", "lift_figure", "lift_movie"]
 
-_PHASES = {
-    Phase.TARE: "tare",
-    Phase.CLOSE: "close",
-    Phase.LOAD: "load",
-    Phase.HOLD: "lift and hold",
-    Phase.LOWER: "lower",
-}
+_PHASES = {Phase.CLOSE: "close", Phase.LOAD: "load", Phase.HOLD: "lift and hold", Phase.LOWER: "lower"}
 _EVERY = 40
 """Frames between two pictures of a film."""
 _RATE = 12.5
 """Pictures of a film a second: it runs at its own speed."""
-_CELLS = 28
-"""Along the longer side of a skin, in a picture of its pressure."""
+_CELLS, _BLUR = 32, 1.2
+"""Cells along the longer side of a skin, in a picture of its pressure, and over how many of them it is smoothed."""
+_DPI = 90
 
 
 @finished
@@ -56,7 +51,12 @@ def felt_figure(felt: Felt) -> Figure:
     axes = figure.subplots()
     values, (low, high) = _pressures(felt)
     picture = axes.imshow(
-        values.T / 1e3, origin="lower", extent=(low[0], high[0], low[1], high[1]), cmap="viridis", vmin=0.0
+        values.T / 1e3,
+        origin="lower",
+        extent=(low[0], high[0], low[1], high[1]),
+        cmap="viridis",
+        vmin=0.0,
+        vmax=max(values.max() / 1e3, 1e-3),
     )
     figure.colorbar(picture, ax=axes, label="pressure [kPa]", shrink=0.8)
     y, z = MM * np.unique(felt.skin.finger.array.points, axis=0).T
@@ -73,13 +73,16 @@ def felt_figure(felt: Felt) -> Figure:
 
 
 def _pressures(felt: Felt) -> tuple[Any, tuple[Any, Any]]:
-    """Mean pressure of cells of the skin [Pa], and its lowest and its highest corner [mm]."""
+    """Pressure in cells of the skin, smoothed over one of them [Pa], and its lowest and its highest corner [mm]."""
     half = felt.skin.surface.half
-    counts = np.maximum(np.round(_CELLS * half / half.max()).astype(int), 1)
-    edges = [np.linspace(-h, h, n + 1) for h, n in zip(half, counts, strict=True)]
-    y, z = felt.points.T
-    values = np.histogram2d(y, z, bins=edges, weights=felt.forces[:, 0])[0]
-    return values / (4 * half.prod() / counts.prod()), (-MM * half, MM * half)
+    cell = 2 * half.max() / _CELLS
+    counts = np.maximum(np.round(2 * half / cell).astype(int), 1)
+    shares = []
+    for at, reach, count in zip(felt.points.T, half, counts, strict=True):
+        middles = reach * (np.arange(0.5, count) * 2 / count - 1)
+        shares.append(np.exp(-0.5 * ((middles[:, None] - at) / (_BLUR * cell)) ** 2))
+    y, z = shares
+    return (y * felt.forces[:, 0]) @ z.T / (2 * np.pi * (_BLUR * cell) ** 2), (-MM * half, MM * half)
 
 
 @finished
@@ -182,6 +185,7 @@ def _film(thing: Thing, shots: list[tuple[Any, ...]]) -> list[Any]:
         scene.add_patch(each)
     title = scene.set_title(" ")
     settled(figure)
+    figure.set_dpi(_DPI)
     frames = []
     for time, at, turn, pressure, forces, _ in shots:
         _put(body, MM * at["thing"], turn)
