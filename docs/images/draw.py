@@ -19,8 +19,10 @@ from subskin.plot import (
     contact_strip,
     design_map_figure,
     drift_figure,
+    felt_figure,
     finger_section,
     half_plane_map_figure,
+    lift_figure,
     memo_figure,
     placement_figure,
     placement_study_figure,
@@ -336,6 +338,32 @@ def design() -> Figure:
     return design_map_figure(rank_fingers(search_grid(goals)))
 
 
+def felt() -> Figure:
+    """A cylinder that leans on a pad in MuJoCo (docs/mujoco.md)."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><geom name="pad" type="box" size=".01 .01 .005"/>'
+        '<body pos=".002 .002 .0299" euler="0 90 20"><freejoint/>'
+        '<geom type="cylinder" size=".025 .006" mass=".2" condim="4"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    data.xfrc_applied[1, :3] = 0.3, 0.5, -1.0
+    mujoco.mj_step(model, data, 30)
+    array = ss.SensorArray.grid((4, 4), 4e-3, depth=2.5e-3)
+    finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    return felt_figure(ss.mujoco.contact_to_skin(model, data, "pad", finger, "+z"))
+
+
+def lifted() -> Figure:
+    """A box that is lifted, shaken, filled and put down by what two skins tell (docs/grasp.md)."""
+    from subskin.grasp import hand_of, lift, things
+
+    hand = hand_of("skin")
+    hand.warm_up()
+    return lift_figure(lift(things(1)[0], hand))
+
+
 def main() -> None:
     with house_style():
         for draw, kind in (
@@ -366,6 +394,8 @@ def main() -> None:
             (placement, "png"),
             (rows, "svg"),
             (design, "svg"),
+            (felt, "png"),
+            (lifted, "png"),
         ):
             save(draw(), HERE / draw.__name__, [kind])
 

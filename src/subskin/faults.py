@@ -183,7 +183,7 @@ class Spoiled:
         Parameters
         ----------
         readings, offset : ndarray, shapes (n,)
-            Without faults.
+            Without faults [reading].
         time : float
             Of the frame [s]; it may not fall.
         """

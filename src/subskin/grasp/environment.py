@@ -18,7 +18,7 @@ from ..faults import SensorFaults
 from ..finger import Finger
 from ..mujoco import GeomSkin, SampledSkin
 from ..prepared import prepared
-from .lift import pad_finger
+from .lifting import pad_finger
 from .scene import PADS, Thing, gripper_xml, things
 
 __all__ = ["ID", "GraspEnv"]

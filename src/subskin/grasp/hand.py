@@ -18,7 +18,7 @@ from ..estimate import Resultant, ResultantReader
 from ..finger import Finger
 from ..prepared import prepared
 
-__all__ = ["Command", "Hand", "Phase"]
+__all__ = ["Hand", "HandCommand", "Phase"]
 
 _TARE, _SETTLE, _SURE = 0.1, 0.06, 0.03
 """How long the untouched skin is averaged, the first grip settles, and a drag has to stay
@@ -35,7 +35,7 @@ _DELAY = 0.015
 _PULL, _LIFT = 2e-3, 0.1
 """Speed of the arm until the thing is held, and from then on [m/s]."""
 _UNSURE = 0.06
-"""Standard deviation of the friction that was learnt, over itself: it scatters so from place to place."""
+"""Standard deviation of the friction that was learnt, over itself: it scatters so over a surface."""
 _LET_GO = 0.3
 """Share of the drag that is left where a table has taken over."""
 
@@ -51,8 +51,18 @@ class Phase(IntEnum):
     OPEN = 5
 
 
-class Command(NamedTuple):
-    """What the hand wants: normal force of each finger [N], speed of the arm upwards [m/s] at most; and its phase."""
+class HandCommand(NamedTuple):
+    """What the hand wants.
+
+    Parameters
+    ----------
+    force : float
+        Normal force of each finger [N].
+    speed : float
+        Speed of the arm upwards, at most [m/s].
+    phase : Phase
+        What it is doing.
+    """
 
     force: float
     speed: float
@@ -77,7 +87,7 @@ class Hand:
     strongest : float, optional
         Largest force [N].
     probability : float, optional
-        Of slip, that each grip may leave; at most 0.5.
+        Of slip, that each grip may leave; at most 0.5 [-].
     arm : float, optional
         A torsion M counts as a drag M / arm; about 3/4 of a pad's half side [m].
 
@@ -104,7 +114,7 @@ class Hand:
     >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
     >>> hand = Hand([finger, finger])
     >>> hand.step([[0.0] * 16, [0.0] * 16])
-    Command(force=0.0, speed=0.0, phase=<Phase.TARE: 0>)
+    HandCommand(force=0.0, speed=0.0, phase=<Phase.TARE: 0>)
     """
 
     sees_forces = False
@@ -142,13 +152,13 @@ class Hand:
         """The arm goes down: let go when a table has taken the thing over."""
         self._next(Phase.LOWER)
 
-    def step(self, readings: Sequence[npt.ArrayLike]) -> Command:
+    def step(self, readings: Sequence[npt.ArrayLike]) -> HandCommand:
         """The command that a frame asks for.
 
         Parameters
         ----------
         readings : sequence of array_like, shapes (n,)
-            The frame of each finger.
+            The frame of each finger [reading].
 
         Raises
         ------
@@ -168,7 +178,7 @@ class Hand:
                 self._sum = [total / count - rest for total, rest in zip(self._sum, self._rest(), strict=True)]
                 self._smooth = [frame - rest for frame, rest in zip(frames, self._sum, strict=True)]
                 self._next(Phase.CLOSE)
-            return Command(0.0, 0.0, self.phase)
+            return HandCommand(0.0, 0.0, self.phase)
         share = self._period / (_SMOOTH + self._period)
         for i, (frame, rest) in enumerate(zip(frames, self._sum, strict=True)):
             self._smooth[i] = self._smooth[i] + share * (frame - rest - self._smooth[i])
@@ -183,7 +193,7 @@ class Hand:
         self.loads = [reader(frame) for reader, frame in zip(self._readers, self._smooth, strict=True)]
         return np.asarray(np.nan_to_num([(*load.components, load.torsion / self.arm) for load in self.loads]))
 
-    def _decide(self, parts: FloatArray) -> Command:
+    def _decide(self, parts: FloatArray) -> HandCommand:
         """From the loads of the pads to a command."""
         normal, drag = parts[:, 0].mean(), np.sqrt((parts[:, 1:] ** 2).sum(axis=1)).mean()
         felt = bool((parts[:, 0] > 0.5 * self._touch).all())
@@ -221,7 +231,7 @@ class Hand:
                 self._next(Phase.OPEN)
         elif self.phase == Phase.OPEN:
             self.force = 0.0
-        return Command(float(self.force), speed, self.phase)
+        return HandCommand(float(self.force), speed, self.phase)
 
     def _least(self, drag: float) -> float:
         """The least force that holds a drag, with the probability that is asked for [N]."""

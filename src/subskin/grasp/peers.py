@@ -10,7 +10,7 @@ import numpy as np
 from .. import _check
 from .._check import FloatArray
 from ..finger import Finger
-from .hand import Command, Hand, Phase
+from .hand import Hand, HandCommand, Phase
 
 __all__ = ["ConeHand", "FixedHand", "ForceHand"]
 
@@ -59,7 +59,18 @@ class ConeHand(ForceHand):
     _known = 0.0
 
     def knows(self, friction: float) -> None:
-        """Tell the coefficient of friction of what is lifted next."""
+        """Tell the friction of what is lifted next.
+
+        Parameters
+        ----------
+        friction : float
+            Coulomb's coefficient [-], > 0.
+
+        Raises
+        ------
+        InvalidValueError
+            A value out of range.
+        """
         self._known = self.friction = _check.scalar("friction", friction, above=0.0)
 
     def restart(self) -> None:
@@ -89,7 +100,7 @@ class FixedHand(Hand):
         super().__init__(fingers, rate, **options)
         self.grip = _check.scalar("grip", grip, unit="N", above=0.0)
 
-    def _decide(self, parts: FloatArray) -> Command:
+    def _decide(self, parts: FloatArray) -> HandCommand:
         if self.phase == Phase.LOAD:
             self._next(Phase.HOLD)
         command = super()._decide(parts)

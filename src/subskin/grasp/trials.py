@@ -13,7 +13,7 @@ from .._tasks import Executor, run_tasks
 from ..errors import InvalidValueError
 from ..finger import Finger
 from .hand import Hand
-from .lift import Lifted, lift, pad_finger
+from .lifting import Lifted, lift, pad_finger
 from .peers import ConeHand, FixedHand, ForceHand
 from .scene import Thing
 
@@ -110,6 +110,11 @@ def _some(things: Sequence[Thing], numbers: range, name: str, finger: Finger | N
 
 def summary(lifted: Sequence[Lifted]) -> Mapping[str, Any]:
     """What came of some lifts, in numbers.
+
+    Parameters
+    ----------
+    lifted : sequence of Lifted
+        What came of each.
 
     Returns
     -------

@@ -53,7 +53,7 @@ def _weights(at, count, weights):
 
 @compiled(borrows=True)
 def contacts_of(geom, elliptic, contacts, forces, pose, others, out):
-    """Fill `others` (k,) with the geoms that press on a geom, and `out` (k, 9): force, twist and point in its axes.
+    """Fill `others` (k,) with the geoms that press on a geom, and `out` (k, 3, 3): force, twist and point in its axes.
 
     contacts: of MuJoCo's contact points geom (c, 2), pos (c, 3), frame (c, 9), dim, efc_address (c,) and friction
     (c, 5); forces: its efc_force; pose: centre (3,) and axes (9,) of the geom. Pyramids are decoded as MuJoCo does:
@@ -63,23 +63,25 @@ def contacts_of(geom, elliptic, contacts, forces, pose, others, out):
     pairs, points, frames, dims, addresses, frictions = contacts
     centre, turn = pose
     count = 0
-    local = out[out.shape[0] - 1]  # scratch behind what is filled
+    force_at, twist_at = out[out.shape[0] - 1, 0], out[out.shape[0] - 1, 1]  # scratch behind what is filled
     for c in range(pairs.shape[0]):
         first = pairs[c, 0] == geom
         start = addresses[c]
         if (not first and pairs[c, 1] != geom) or start < 0:
             continue
         dim = dims[c]
-        for i in range(6):
-            local[i] = 0.0
-        if elliptic or dim == 1:
-            for i in range(dim):
-                local[i] = forces[start + i]
-        else:
-            for i in range(dim - 1):
-                one, two = forces[start + 2 * i], forces[start + 2 * i + 1]
-                local[0] += one + two
-                local[i + 1] = (one - two) * frictions[c, i]
+        force_at[:] = 0.0
+        twist_at[:] = 0.0
+        for i in range(dim if elliptic else max(dim - 1, 1)):
+            one, part = forces[start + i], i
+            if not elliptic and dim > 1:
+                one, two, part = forces[start + 2 * i], forces[start + 2 * i + 1], i + 1
+                force_at[0] += one + two
+                one = (one - two) * frictions[c, i]
+            if part < 3:
+                force_at[part] = one
+            else:
+                twist_at[part - 3] = one
         sign = -1.0 if first else 1.0
         others[count] = pairs[c, 1] if first else pairs[c, 0]
         for j in range(3):
@@ -88,11 +90,11 @@ def contacts_of(geom, elliptic, contacts, forces, pose, others, out):
                 axis = 0.0
                 for k in range(3):
                     axis += frames[c, 3 * i + k] * turn[3 * k + j]
-                force += local[i] * axis
-                twist += local[i + 3] * axis
+                force += force_at[i] * axis
+                twist += twist_at[i] * axis
                 at += (points[c, i] - centre[i]) * turn[3 * i + j]
-            out[count, j] = sign * force
-            out[count, 3 + j] = sign * twist
-            out[count, 6 + j] = at
+            out[count, 0, j] = sign * force
+            out[count, 1, j] = sign * twist
+            out[count, 2, j] = at
         count += 1
     return count

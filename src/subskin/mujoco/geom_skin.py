@@ -19,7 +19,7 @@ from ..prepared import Prepared, prepared
 from ._kernel import contacts_of, read_points
 from .footing import clipped, footing_of
 from .pressed import Outline, PressedFeet, principal
-from .surface import Surface, surface_of
+from .surface import GeomSurface, surface_of
 
 if TYPE_CHECKING:
     import mujoco
@@ -37,7 +37,7 @@ _STEP, _FEWEST, _MOST = 0.25, 4, 40_000
 
 
 @dataclass(frozen=True, eq=False)
-class Touch(Frozen):
+class GeomTouch(Frozen):
     """What one geom does to a skin.
 
     Attributes
@@ -69,14 +69,14 @@ class Felt(Frozen):
     ----------
     skin : GeomSkin
         Whose.
-    touches : tuple of Touch
+    touches : tuple of GeomTouch
         One for each geom that presses.
     beside : ndarray, shape (3,)
         Force of contacts that do not press on the skin, but on a side of its geom, in the skin's axes [N].
     """
 
     skin: GeomSkin
-    touches: tuple[Touch, ...]
+    touches: tuple[GeomTouch, ...]
     beside: FloatArray
 
     plot = Drawing("felt_figure")
@@ -172,7 +172,7 @@ class GeomSkin:
         self._elliptic = int(model.opt.cone) == 1
         self.geom = _number(model, geom)
         self.edge_radius = _check.scalar("edge_radius", edge_radius, unit="m", above=0.0)
-        self.surface: Surface = surface_of(model, self.geom, face)
+        self.surface: GeomSurface = surface_of(model, self.geom, face)
         self._footings: dict[int, tuple[FloatArray, FloatArray, tuple[Any, ...]]] = {}
         half = self.surface.half
         known = prepared(finger)
@@ -193,13 +193,13 @@ class GeomSkin:
         """
         contact, beside = data.contact, np.zeros(3)
         centre, turn = data.geom_xpos[self.geom], data.geom_xmat[self.geom]
-        others, found = np.empty(data.ncon, np.int64), np.empty((data.ncon + 1, 9))
+        others, found = np.empty(data.ncon, np.int64), np.empty((data.ncon + 1, 3, 3))
         parts = contact.geom, contact.pos, contact.frame, contact.dim, contact.efc_address, contact.friction
         count = contacts_of(self.geom, self._elliptic, parts, data.efc_force, (centre, turn), others, found)
         turn, touches = turn.reshape(3, 3), []
         for geom in dict.fromkeys(others[:count].tolist()):
             mine = found[:count][others[:count] == geom]
-            force, twist, at = mine[:, :3], mine[:, 3:6], mine[:, 6:]
+            force, twist, at = mine[:, 0], mine[:, 1], mine[:, 2]
             weights = np.sqrt((force * force).sum(axis=1))
             total = weights.sum()
             if total == 0.0:
@@ -218,14 +218,24 @@ class GeomSkin:
             moment = axes @ (np.array([odd[1, 2], odd[2, 0], odd[0, 1]]) + twist.sum(axis=0))
             if not pressed:
                 touches.append(
-                    Touch(geom, summed, moment + _moved(summed, position), np.zeros((0, 2)), np.zeros((0, 3)))
+                    GeomTouch(geom, summed, moment + _moved(summed, position), np.zeros((0, 2)), np.zeros((0, 3)))
                 )
                 continue
             touches.append(self._touch(data, geom, origin, axes, position, summed, moment, turn, centre))
         return Felt(self, tuple(touches), beside)
 
     def read(self, points: FloatArray, forces: FloatArray, rng: np.random.Generator | None = None) -> FloatArray:
-        """Readings under forces (m, 3) [N] at points (m, 2) [m] of the surface, shape (n,)."""
+        """Readings under forces at points of the surface, shape (n,).
+
+        Parameters
+        ----------
+        points : ndarray, shape (m, 2)
+            Points (y, z) [m].
+        forces : ndarray, shape (m, 3)
+            Inwards and along y and z [N].
+        rng : numpy.random.Generator, optional
+            Adds each sensor's noise.
+        """
         array = self.finger.array
         if self._lattice is None:
             if not len(points):
@@ -238,7 +248,7 @@ class GeomSkin:
     def _touch(
         self, data: Any, geom: int, origin: FloatArray, axes: FloatArray, position: FloatArray, force: FloatArray,
         moment: FloatArray, turn: FloatArray, centre: FloatArray,
-    ) -> Touch:  # fmt: skip
+    ) -> GeomTouch:  # fmt: skip
         """The pressure of one geom, by its wrench about `origin` in local `axes`, the rows."""
         pose = axes @ turn.T @ data.geom_xmat[geom].reshape(3, 3)
         offset = axes @ (turn.T @ (data.geom_xpos[geom] - centre) - origin)
@@ -254,7 +264,7 @@ class GeomSkin:
             turned = turning / (share @ (y * y + z * z)) * share
             forces[:, 1] -= turned * z
             forces[:, 2] += turned * y
-        return Touch(geom, force, moment + _moved(force, position), position + points, forces)
+        return GeomTouch(geom, force, moment + _moved(force, position), position + points, forces)
 
     def _footing(
         self, geom: int, pose: FloatArray, offset: FloatArray, position: FloatArray

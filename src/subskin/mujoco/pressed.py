@@ -15,7 +15,7 @@ from ..errors import SubskinError
 from ..prepared import Prepared
 from ..pressing import LocalIndenter, press
 from ..pressing.body import Ends, points
-from ..skin import HalfSpace, Skin
+from ..skin import Skin
 
 __all__ = ["Foot", "Outline", "PressedFeet", "principal"]
 
@@ -71,8 +71,8 @@ class Foot(LocalIndenter):
 
     Examples
     --------
-    >>> Foot(np.array([100.0, 0.0]), Outline(np.array([1e-3, np.inf]))).height([0.0, 0.5e-3, 1.1e-3], 0.0).tolist()
-    [0.0, 1.25e-05, inf]
+    >>> Foot(np.array([100.0, 0.0]), Outline(np.array([1e-3, np.inf]))).height([0.0, 1.1e-3], 0.0).tolist()
+    [0.0, inf]
     """
 
     curvature: FloatArray
@@ -115,7 +115,7 @@ class PressedFeet:
 
     def __init__(self, skin: Skin, depth: float) -> None:
         self.skin, self._wide, self._kept = skin, _WIDE * depth, Prepared(_KEPT)
-        self._free = isinstance(skin, HalfSpace)
+        self._free = skin.thickness == np.inf and len(skin.materials) == 1
 
     def of(
         self, curvature: FloatArray, outline: Outline, force: float, centre: FloatArray

@@ -12,13 +12,13 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import InvalidValueError
 
-__all__ = ["FACES", "Surface", "surface_of"]
+__all__ = ["FACES", "GeomSurface", "surface_of"]
 
 FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 @dataclass(frozen=True, eq=False)
-class Surface(Frozen):
+class GeomSurface(Frozen):
     """A face, a side or a cap, in the axes of its geom.
 
     Parameters
@@ -77,7 +77,7 @@ class Surface(Frozen):
         return at, axes @ self.axes, self.radius * angle * along[1:] + flat
 
 
-def surface_of(model: Any, geom: int, face: str) -> Surface:
+def surface_of(model: Any, geom: int, face: str) -> GeomSurface:
     """The surface of a geom on the side of `face`, as in `GeomSkin`.
 
     Parameters
@@ -99,7 +99,7 @@ def surface_of(model: Any, geom: int, face: str) -> Surface:
     >>> import mujoco
     >>> pad = '<mujoco><worldbody><geom type="box" size=".005 .01 .02"/></worldbody></mujoco>'
     >>> surface = surface_of(mujoco.MjModel.from_xml_string(pad), 0, "+x")
-    >>> surface.axes.tolist(), surface.half.tolist()
+    >>> (surface.axes + 0.0).tolist(), surface.half.tolist()
     ([[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]], [0.01, 0.02])
     """
     import mujoco
@@ -111,16 +111,16 @@ def surface_of(model: Any, geom: int, face: str) -> Surface:
     z = np.eye(3)[2 if normal != 2 else 1]
     axes = np.array([-out, np.cross(z, -out), z])
     if kind == types.mjGEOM_BOX:
-        return Surface(axes, out * size, np.abs(axes[1:]) @ size, np.inf, np.zeros(2, bool))
+        return GeomSurface(axes, out * size, np.abs(axes[1:]) @ size, np.inf, np.zeros(2, bool))
     radius, half = float(size[0]), float(size[1])
     quarter = 0.5 * np.pi * radius
     both = np.ones(2, bool)
     if kind == types.mjGEOM_SPHERE:
-        return Surface(axes, radius * out, np.full(2, quarter), radius, both)
+        return GeomSurface(axes, radius * out, np.full(2, quarter), radius, both)
     if kind == types.mjGEOM_CAPSULE and normal == 2:
-        return Surface(axes, (half + radius) * out, np.full(2, quarter), radius, both)
+        return GeomSurface(axes, (half + radius) * out, np.full(2, quarter), radius, both)
     if kind in (types.mjGEOM_CAPSULE, types.mjGEOM_CYLINDER) and normal != 2:
-        return Surface(axes, radius * out, np.array([quarter, half]), radius, np.array([True, False]))
+        return GeomSurface(axes, radius * out, np.array([quarter, half]), radius, np.array([True, False]))
     seen = f"geom {model.geom(geom).name!r} of type {types(kind).name.removeprefix('mjGEOM_').lower()}, face {face}"
     rule = "a skin lies on a face of a box, on a sphere, on the side of a capsule or cylinder, or on a capsule's end"
     raise InvalidValueError(seen, rule, 'a box of the skin\'s size: type="box" size="0.005 0.01 0.01"')

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Ellipse, Rectangle
 
-from ..errors import GeometryError
 from ..grasp import Hand, Lifted, Phase, Thing, lift
 from ..io.files import replacing
 from ..mujoco import Felt
@@ -140,8 +139,13 @@ def lift_movie(thing: Thing, hand: Hand, path: str | PathLike[str], seed: int = 
     ------
     FileError
         A file that cannot be written.
-    GeometryError
-        A lift of less than one picture.
+
+    Examples
+    --------
+    >>> from subskin.grasp import Thing, hand_of
+    >>> ball, film = Thing("ball", (0.02, 0.02, 0.02), mass=0.1, friction=0.7), getfixture("tmp_path") / "film.gif"
+    >>> lift_movie(ball, hand_of("cone"), film).dropped, film.stat().st_size > 10_000
+    (False, True)
     """
     shots: list[tuple[Any, ...]] = []
     count = 0
@@ -155,8 +159,6 @@ def lift_movie(thing: Thing, hand: Hand, path: str | PathLike[str], seed: int = 
         count += 1
 
     lifted = lift(thing, hand, seed, watch)
-    if not shots:
-        raise GeometryError("a lift without frames", "one picture at least is needed", "hand.rate=500")
     with house_style():
         frames = _film(thing, shots)
     with replacing(str(path)) as part:

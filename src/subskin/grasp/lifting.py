@@ -19,7 +19,7 @@ from ..material import Material
 from ..mujoco import Felt, GeomSkin
 from ..skin import HalfSpace
 from ..transducer import Displacement
-from .hand import Command, Hand, Phase
+from .hand import Hand, HandCommand, Phase
 from .peers import ConeHand
 from .scene import PADS, Thing, gripper_xml
 
@@ -47,7 +47,7 @@ def pad_finger() -> Finger:
     Examples
     --------
     >>> pad_finger().array.layout
-    '4 x 4'
+    '4 x 4 grid, pitch 5 mm'
     """
     at = (np.arange(4) - 1.5) * 5e-3
     y, z = (np.repeat(each.ravel(), 3) for each in np.meshgrid(at, at, indexing="ij"))
@@ -126,7 +126,7 @@ def lift(
     if isinstance(hand, ConeHand):
         hand.knows(thing.friction)
     hand.restart()
-    command, target, up, down = Command(0.0, 0.0, Phase.TARE), rest, np.inf, False
+    command, target, up, down = HandCommand(0.0, 0.0, Phase.TARE), rest, np.inf, False
     trace, taken, began = [], [], perf_counter()
     speed, step = 0.0, model.opt.timestep
     while data.time < _LONGEST:
