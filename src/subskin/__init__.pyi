@@ -1,3 +1,4 @@
+from . import afferents as afferents
 from . import array as array
 from . import calibration as calibration
 from . import contact as contact

@@ -57,6 +57,7 @@ ORDER = (
     "synthetic",
     "memo",
     "design",
+    "afferents",
     "io",
     "mujoco",
     "grasp",

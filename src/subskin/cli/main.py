@@ -39,6 +39,7 @@ _COMMANDS = {
     "tolerances": "say what each tolerance of a finger costs in locating",
     "design": "find the fingers that meet your goals, with a report",
     "grasp": "lift things of unknown weight and friction in simulation, by what two skins tell",
+    "afferents": "say which strain explains the rates of a touch receptor",
     "ports": "list the boards that are plugged in, and guess their drivers",
     "replay": "run a recording of a live stream again, or with another finger",
     "recover": "save what can be read of a recording that was not closed",

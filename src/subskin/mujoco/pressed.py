@@ -30,7 +30,7 @@ _CURVED = 100.0
 """Curvature to which bodies are scaled, their forces with them [1/m]."""
 _SHAPES, _LEVELS = 0.02, 0.1
 """Steps of the logarithm of lengths, and of loads, between presses."""
-_LEANS = (0.01, 0.05)
+_LEANS = (0.02, 0.05)
 """Steps of the centre of pressure, in half lengths, between presses of flat faces and of curved ones."""
 _CORNERS = 0.005
 """Step of a corner, in half lengths."""
@@ -46,7 +46,7 @@ _STRAIGHT, _SQUARE = 1e-3, 1e-3
 """Of the larger curvature, what is none; of a rectangle's area, what a polygon may lack to be one."""
 _FEWEST = 3
 """Points of a pressure; fewer are spread."""
-_KEPT = 512
+_KEPT = 4096
 
 
 class Outline(NamedTuple):

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from ..errors import InvalidValueError
 from ..io.files import path_of
 from .above import finger_above
+from .afferents import afferent_figure
 from .compliance import compliance_figure, figure_17
 from .grasp import felt_figure, lift_figure, lift_movie
 from .half_plane import half_plane_map_figure, tip_map_figure
@@ -38,6 +39,7 @@ from .two_point import figure_18, figure_19, two_point_figure, two_point_study_f
 __all__ = [
     "COMPONENTS",
     "MEMO_FIGURES",
+    "afferent_figure",
     "aliasing_figure",
     "blind_figure",
     "compliance_figure",
