@@ -4,8 +4,8 @@
     python examples/ppo_grasp.py [--steps 150000] [--envs 16] [--seed 0] [--observation estimates] [--figure ppo.png]
 
 Each episode is another thing of unknown weight and friction. The program prints the mean return of the last episodes as
-it learns, then lifts 50 things that it has not seen, beside a fixed grip, and draws the curve. "Lifted" is above 54 mm at
-the end. docs/grasp.md says what came of it.
+it learns, then lifts 50 things that it has not seen, beside a fixed grip, and draws the curve. "Lifted" is above 54 mm
+at the end. docs/grasp.md says what came of it.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Policy(GaussianMixin, Model):
     def __call__(self, inputs, role):
         x = nn.tanh(nn.Dense(64)(inputs["observations"]))
         x = nn.tanh(nn.Dense(64)(x))
-        spread = self.param("log_std", lambda _: -0.7 * jnp.ones(self.num_actions))
+        spread = self.param("log_std", lambda _: -1.2 * jnp.ones(self.num_actions))
         return nn.tanh(nn.Dense(self.num_actions)(x)), {"log_std": spread}
 
 

@@ -198,8 +198,18 @@ def _pressed(skin: Skin, shape: str, width: float, gap: float) -> PressureProfil
 class AfferentFit(NamedTuple):
     """How well one measure explains the rates.
 
-    measure: a key of `MEASURES`; r2: share of the variance of the rates that it explains; depth [m]; slope
-    [1/s per unit of the measure] and rest [1/s] of the rate; rates (rows,): as fitted [1/s].
+    Parameters
+    ----------
+    measure : str
+        A key of `MEASURES`.
+    r2 : float
+        Share of the variance of the rates that it explains [-].
+    depth : float
+        Of the receptor [m].
+    slope, rest : float
+        Of the rate: per unit of the measure [1/s per unit], and without a stimulus [1/s].
+    rates : ndarray, shape (rows,)
+        As fitted [1/s].
     """
 
     measure: str

@@ -1,5 +1,7 @@
 """Skins that are sampled: their rate, their faults one frame at a time, and how an MJCF names them."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,17 @@ def test_a_skin_keeps_its_sample_until_the_next_is_due():
         frames.append(sampled.read(data))
     fresh = [i for i in range(1, 12) if not np.array_equal(frames[i], frames[i - 1])]
     assert fresh == [4, 8]
+
+
+def test_a_skin_that_is_asked_at_other_times_keeps_its_rate():
+    model, data = world()
+    sampled = SampledSkin(GeomSkin(model, "pad", pad(), "+z"), rate=250.0)
+    frames = []
+    for _ in range(100):
+        mujoco.mj_step(model, data, 3)
+        frames.append(sampled.read(data))
+    fresh = sum(not np.array_equal(one, two) for one, two in pairwise(frames))
+    assert fresh == pytest.approx(75, abs=2)
 
 
 def test_a_clock_that_goes_back_gives_a_sample():

@@ -109,6 +109,22 @@ def test_the_sensors_noise_and_offsets_are_tared_away():
     assert came.slid < 2e-3
 
 
+def test_readings_that_are_missing_now_and_then_do_not_matter(hand):
+    ball = Thing("ball", (0.02, 0.02, 0.02), mass=0.1, friction=0.7)
+    step, rng = hand.step, np.random.default_rng(0)
+    hand.step = lambda frames: step([np.where(rng.random(48) < 0.05, np.nan, frame) for frame in frames])
+    came = lift(ball, hand)
+    del hand.step
+    assert not came.dropped
+    assert came.slid < 2e-3
+
+
+def test_a_hand_that_holds_nothing_opens_when_it_is_lowered():
+    hand = hand_of("cone")
+    hand.lower()
+    assert hand.step([[0.0] * 4] * 2).phase == Phase.OPEN
+
+
 def test_a_hand_refuses_what_it_cannot_use():
     finger = pad_finger()
     with pytest.raises(ss.SubskinError, match="1 frames"):

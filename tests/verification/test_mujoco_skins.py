@@ -6,6 +6,7 @@ import pytest
 import subskin as ss
 from subskin.mujoco import GeomSkin, contact_to_skin
 from subskin.mujoco.footing import footing_of
+from subskin.mujoco.pressed import Outline, PressedFeet
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -261,6 +262,61 @@ def extent(outline) -> tuple[float, ...]:
     """Area and sides of a polygon."""
     y, z = outline.T
     return abs(0.5 * (y * np.roll(z, -1) - z * np.roll(y, -1)).sum()), np.ptp(y), np.ptp(z)
+
+
+def test_rollers_of_any_size_and_load_press_as_press_says():
+    feet = PressedFeet(FINGER.skin, 2.5e-3)
+    for radius, half_length, force, shift in (
+        (30e-3, 7e-3, 1.0, 0.0),
+        (30e-3, 7e-3, 1.09, 1e-3),
+        (12e-3, 3e-3, 2.3, 0.0),
+    ):
+        at, share = feet.of(
+            np.array([1 / radius, 0.0]), Outline(np.array([1.0, half_length])), force, np.array([0, shift])
+        )
+        moment = (0.0, force * shift) if shift else None
+        body = ss.pressing.Roller(radius, half_length)
+        solved = ss.press(FINGER.skin, body, force=force, moment=moment, nodes=256, max_strain=None)
+        expected = FINGER.read(solved.contact)
+        loads = ss.PointLoad(components=np.outer(force * share, [1.0, 0.0, 0.0]), position=at)
+        assert np.abs(FINGER.read(loads, sum_over=0) - expected).max() < 0.015 * np.abs(expected).max()
+
+
+def test_balls_scale_with_load_and_radius_on_a_layer_too():
+    layer = ss.Layered(ss.Layer(RUBBER, thickness=4e-3))
+    feet, finger = PressedFeet(layer, 2.5e-3), ss.Finger(layer, ARRAY)
+    for radius, force in ((20e-3, 1.0), (20e-3, 1.05), (8e-3, 0.4)):
+        at, share = feet.of(np.full(2, 1 / radius), Outline(np.ones(2)), force, np.array([1e-3, 0.0]))
+        solved = ss.press(layer, ss.pressing.Sphere(radius), force=force, nodes=128, max_strain=None)
+        expected = finger.read(moved(solved, (1e-3, 0.0)))
+        loads = ss.PointLoad(components=np.outer(force * share, [1.0, 0.0, 0.0]), position=at)
+        assert np.abs(finger.read(loads, sum_over=0) - expected).max() < 0.005 * np.abs(expected).max()
+
+
+def test_the_rim_of_a_cylinder_is_a_torus():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><geom type="cylinder" size=".02 .03"/></worldbody></mujoco>'
+    )
+    for tilt in (20, 45, 70):
+        c, s = np.cos(np.deg2rad(tilt)), np.sin(np.deg2rad(tilt))
+        axes = np.array([[0.0, s, c], [1.0, 0.0, 0.0], [0.0, c, -s]])  # its axis leans by so much from x
+        found = footing_of(model, 0, axes, np.zeros(3), 1e-3)
+        # a ring of radius R with a small radius r: the lowest points as it leans in both directions a little
+        ring = 2 * np.pi / 4000 * np.arange(4000)
+        tube = 2 * np.pi / 400 * np.arange(400)[:, None]
+        x = (
+            (0.02 + 1e-3 * np.cos(tube)) * np.cos(ring),
+            (0.02 + 1e-3 * np.cos(tube)) * np.sin(ring),
+            1e-3 * np.sin(tube),
+        )
+        height, y, z = np.tensordot(axes, np.stack(np.broadcast_arrays(*x)), 1).reshape(3, -1)
+        near = height > height.max() - 2e-6
+        y, z, gap = y[near], z[near], height.max() - height[near]
+        y, z = y - y[np.argmin(gap)], z - z[np.argmin(gap)]
+        terms = np.stack([y**2 / 2, y * z, z**2 / 2], axis=-1)
+        fitted = np.linalg.lstsq(terms, gap, rcond=None)[0]
+        # the tube adds its radius to that of the ring
+        assert np.allclose(np.diag(found.curvature), fitted[[0, 2]], rtol=0.08)
 
 
 def test_contacts_beside_the_face_are_told_apart():

@@ -35,8 +35,9 @@ _LOAD, _ARM, _MOST = 5.0, 5e-3, 10.0
 """By what forces are divided in an observation [N], by what torsions beforehand [m]; and its bound."""
 _UP, _DOWN = 0.01, 2e-3
 """Heights of a thing that was lifted, and of one that is down again [m]."""
-_RISES, _SLIDES, _SQUEEZES, _DROPS = 1.0, 20.0, 0.01, 1.0
-"""What the reward gives for all of the height, and takes for a metre of sliding, a newton for a second, a drop."""
+_RISES, _HOLDS, _SLIDES, _SQUEEZES, _DROPS = 1.0, 1.0, 2.0, 0.01, 1.0
+"""What the reward gives for all of the height, and for a second there, and takes for a metre of sliding, a newton for a
+second, a drop."""
 
 
 class GraspEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
@@ -44,8 +45,9 @@ class GraspEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
 
     An action is the force of each finger, from -1 (none) to 1 (15 N), and the speed of the arm, from -1 to 1 (0.1 m/s
     upwards). An observation is what both skins tell, then the force asked for and the height of the gripper. A step is
-    40 ms. The reward is what the thing rose, in shares of 60 mm, less 20 for each metre that it slid in the hand, 0.01
-    for each newton second of squeezing, and 1 for a drop, which ends the episode; else it ends after 5 s.
+    40 ms. The reward is what the thing rose, in shares of 60 mm, and each second its height in these shares,
+    less 2 for each metre that it slid in the hand, 0.01 for each newton second of squeezing, and 1 for a drop, which
+    ends the episode; else it ends after 5 s.
 
     Parameters
     ----------
@@ -152,7 +154,8 @@ class GraspEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         rise = max(min(height, _HEIGHT) - self._best, 0.0)
         self._best = max(self._best, min(height, _HEIGHT))
         dropped = self._best > _UP and height < _DOWN
-        reward = _RISES * rise / _HEIGHT - _SLIDES * slid - _SQUEEZES * self._force * _PERIOD - _DROPS * dropped
+        gained = _RISES * rise + _HOLDS * _PERIOD * max(min(height, _HEIGHT), 0.0)
+        reward = gained / _HEIGHT - _SLIDES * slid - _SQUEEZES * self._force * _PERIOD - _DROPS * dropped
         info = {
             "height": height,
             "slid": slid,

@@ -21,8 +21,7 @@ from ..prepared import prepared
 __all__ = ["Hand", "HandCommand", "Phase"]
 
 _TARE, _SETTLE, _SURE = 0.1, 0.06, 0.03
-"""How long the untouched skin is averaged, the first grip settles, and a drag has to stay
-the same [s]."""
+"""How long the untouched skin is averaged, the first grip settles, and a drag has to stay the same [s]."""
 _SMOOTH, _SLOW = 0.006, 0.03
 """Time constants of what readings, and the ratio of drag to force, are averaged over [s]."""
 _COMES, _GROWS, _SOME, _SLIPS = 0.01, 0.02, 0.1, 0.95
@@ -141,7 +140,7 @@ class Hand:
         self.loads: list[Resultant] = []
         self._since, self._ratio, self._drag, self._slow_drag, self._most = 0.0, 0.0, 0.0, 0.0, 0.0
         self._slid = False
-        self._sum, self._smooth = [0.0 * rest for rest in self._rest()], self._rest()
+        self._sum, self._smooth, self._last = [0.0 * rest for rest in self._rest()], self._rest(), self._rest()
 
     def warm_up(self) -> None:
         """Prepare what the first frame would wait for, for seconds."""
@@ -149,8 +148,8 @@ class Hand:
             reader(rest)
 
     def lower(self) -> None:
-        """The arm goes down: let go when a table has taken the thing over."""
-        self._next(Phase.LOWER)
+        """The arm goes down: let go when a table has taken the thing over; at once where nothing is held yet."""
+        self._next(Phase.LOWER if self.phase == Phase.HOLD else Phase.OPEN)
 
     def step(self, readings: Sequence[npt.ArrayLike]) -> HandCommand:
         """The command that a frame asks for.
@@ -158,7 +157,7 @@ class Hand:
         Parameters
         ----------
         readings : sequence of array_like, shapes (n,)
-            The frame of each finger [reading].
+            The frame of each finger [reading]; NaN, where a reading is missing, stands for the one before.
 
         Raises
         ------
@@ -166,10 +165,11 @@ class Hand:
             Other than one frame for each finger.
         """
         if len(readings) != len(self.fingers):
-            raise GeometryError(
-                f"{len(readings)} frames", f"one for each of {len(self.fingers)} fingers", "[left, right]"
-            )
+            rule = f"one for each of {len(self.fingers)} fingers is needed"
+            raise GeometryError(f"{len(readings)} frames", rule, "hand.step([left, right])")
         frames = [np.asarray(frame, dtype=np.float64) for frame in readings]
+        frames = [np.where(np.isnan(each), last, each) for each, last in zip(frames, self._last, strict=True)]
+        self._last = frames
         self._since += self._period
         if self.phase == Phase.TARE:
             self._sum = [total + frame for total, frame in zip(self._sum, frames, strict=True)]

@@ -121,10 +121,10 @@ def _cylinder(axes: FloatArray, centre: FloatArray, size: FloatArray, edge_radiu
         reach = radius / np.sqrt(np.sinc(2 / _ROUND))
         end = centre[1:] + np.sign(axis[0]) * half * axis[1:]
         return Footing(np.zeros((2, 2)), end + reach * np.stack([np.cos(turn), np.sin(turn)], axis=-1))
-    # the rim is a torus
+    # the rim is a torus: along its ring it is curved by the cosine of the normal's height above the ring
     out = axis[1:] / level
     across = np.array([-out[1], out[0]])
-    return Footing(np.outer(out, out) / edge_radius + np.outer(across, across) * abs(axis[0]) / radius, None)
+    return Footing(np.outer(out, out) / edge_radius + np.outer(across, across) * level / radius, None)
 
 
 def _box(axes: FloatArray, centre: FloatArray, size: FloatArray, edge_radius: float) -> Footing:
