@@ -319,6 +319,19 @@ def test_the_rim_of_a_cylinder_is_a_torus():
         assert np.allclose(np.diag(found.curvature), fitted[[0, 2]], rtol=0.08)
 
 
+def test_footings_that_no_press_reaches_still_carry_their_load():
+    feet, rng = PressedFeet(FINGER.skin, 2.5e-3), np.random.default_rng(0)
+    for i in range(60):
+        half = 10 ** rng.uniform(-5, -2, 2)
+        curvature = 10 ** rng.uniform(0, 3.5, 2) * (rng.random(2) < (0.5, 0.8))
+        centre, force = half * rng.normal(0, 3, 2), 10 ** rng.uniform(-3, 1.5)
+        corners = half * np.array([(-1.0, -0.2), (0.3, -1.0), (1.0, 0.5), (-0.5, 1.0)]) if i % 2 else None
+        at, share = feet.of(curvature, Outline(np.maximum(half, 0.05 * half.max()), corners), force, centre)
+        assert np.isfinite(at).all()
+        assert share.sum() == pytest.approx(1.0)
+        assert np.allclose(share @ at, centre, rtol=0, atol=1e-15)
+
+
 def test_contacts_beside_the_face_are_told_apart():
     model, data = scene('type="sphere" size=".01"', 0.003)
     data.qpos[0] = 0.0199

@@ -44,6 +44,10 @@ _THIN = 0.05
 """Of the longer half length, the least that a shorter one is taken for."""
 _STRAIGHT, _SQUARE = 1e-3, 1e-3
 """Of the larger curvature, what is none; of a rectangle's area, what a polygon may lack to be one."""
+_RIM = 0.98
+"""Farthest centre of pressure, in half lengths, that is pressed."""
+_FLATTENED = 4.0
+"""How many half lengths a body would have to touch, so that its curvature no longer matters."""
 _FEWEST = 3
 """Points of a pressure; fewer are spread."""
 _KEPT = 4096
@@ -133,8 +137,19 @@ class PressedFeet:
         centre : ndarray, shape (2,)
             Centre of pressure [m]; a body that is curved along an axis, and does not end there, rolls to it.
         """
+        try:
+            return self._of(curvature, outline, force, centre)
+        except SubskinError:  # what no press reaches, such as a corner on a corner: a face of the same size
+            return self._at(np.zeros(2), Outline(outline.half), force, centre)
+
+    def _of(
+        self, curvature: FloatArray, outline: Outline, force: float, centre: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         rolls = curvature > 0
-        if rolls.any():  # as if it did not end where it is curved
+        wide = self._reach(curvature, outline.half, force) / outline.half.max() if rolls.any() else 0.0
+        if wide > _FLATTENED:
+            curvature = np.zeros(2)
+        elif rolls.any():  # as if it did not end where it is curved
             half, middle = outline.half, np.zeros(2)
             if not rolls.all():
                 half, middle = _chord(outline, centre, int(np.argmin(rolls)))
@@ -143,6 +158,13 @@ class PressedFeet:
             if _within(outline, centre, np.maximum(at.max(axis=0) - centre, centre - at.min(axis=0)), rolls):
                 return at, share
         return self._at(curvature, outline, force, centre)
+
+    def _reach(self, curvature: FloatArray, half: FloatArray, force: float) -> float:
+        """About how far a curved body would touch if it did not end [m], by Hertz."""
+        stiff = self.skin.materials[0].plane_strain_modulus
+        if curvature.all():
+            return float((0.75 * force / stiff / np.sqrt(curvature.prod())) ** (1 / 3))
+        return float(np.sqrt(2 * force / half[int(np.argmin(curvature))] / (np.pi * stiff * curvature.max())))
 
     def _at(
         self, curvature: FloatArray, outline: Outline, force: float, centre: FloatArray
@@ -156,7 +178,7 @@ class PressedFeet:
         load = force * _CURVED / curved / (scale[0] * scale[1]) ** 1.5 if curved > 0 else 1.0
         level = 1.0 if curved == 0 or (self._free and not any(ends)) else _stepped(load, _LEVELS)
         corners = None if outline.corners is None else np.round(outline.corners / outline.half / _CORNERS) * _CORNERS
-        to = [c / h if e else 0.0 for c, h, e in zip(centre.tolist(), own, ends, strict=True)]
+        to = [min(max(c / h, -_RIM), _RIM) if e else 0.0 for c, h, e in zip(centre.tolist(), own, ends, strict=True)]
         longest = max((h for h, e in zip(own, ends, strict=True) if e), default=0.0)
         points = _MANY if longest > self._wide or (any(ratio) and any(ends)) else _FEW
         at, share = self._leaned(ratio, half, corners, level, to, points)

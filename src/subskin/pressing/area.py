@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from ..errors import GeometryError
 from .bounded import solved
 from .case import Answered, Balance, BoolArray, Case, settled
 from .descent import Part, Problem
@@ -90,6 +91,9 @@ def _first(case: Case) -> Balance:
     load, op = case.load, case.influence
     low = case.height - case.leaning(load.tilt)
     rises = np.sort(low[np.isfinite(low)])
+    if not rises.size:
+        rule = "some nodes of a grid have to lie beneath the body"
+        raise GeometryError(f"a grid of steps of {1e3 * case.cell**0.5:.3g} mm", rule, "nodes=512, or a wider body")
     lowest = float(rises[0])
     rises -= lowest
     under = _ROUND * _beneath_discs(op)[: rises.size]
