@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sys
 
 import pytest
 
@@ -28,6 +29,14 @@ def test_json_says_the_same(subskin):
     assert found["lifts"] == 1
     assert found["dropped"] == 0
     assert 1.0 < found["grip"] < 1.5
+
+
+def test_it_says_what_is_missing_where_mujoco_is(folder, subskin, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    done = subskin("grasp", "--lifts", "1")
+    assert done.code == 2
+    assert 'pip install "subskin[mujoco]"' in done.err
+    assert len(done.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize(

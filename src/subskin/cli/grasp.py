@@ -12,6 +12,7 @@ import numpy as np
 from .. import io
 from ..errors import InvalidValueError
 from ..io.units import quantity
+from ..mujoco.installed import engine
 from .common import give, number, progress_bar, show
 from .options import JSON, command, figure, listed, option
 
@@ -57,6 +58,11 @@ def run_grasp(options: argparse.Namespace) -> int:
         raise InvalidValueError(f'--hands "{options.hands}"', f"any of {', '.join(grasp.HANDS)}", "--hands skin,fixed")
     if not 1 <= options.lifts <= 10**5:
         raise InvalidValueError(f"--lifts {options.lifts}", "1 to 100000", "--lifts 100")
+    try:
+        engine()
+    except ModuleNotFoundError:
+        rule, fix = "it needs mujoco, which is not installed", 'pip install "subskin[mujoco]"'
+        raise InvalidValueError("subskin grasp", rule, fix) from None
     off, grip = quantity(options.off, "m", "--off"), quantity(options.grip, "N", "--grip")
     things = [replace(thing, off=off) for thing in grasp.things(options.lifts, options.seed)]
     found: dict[str, Any] = {}

@@ -17,6 +17,7 @@ from ..array import SensorArray
 from ..finger import Finger
 from ..material import Material
 from ..mujoco import Felt, GeomSkin
+from ..mujoco.installed import engine
 from ..skin import HalfSpace
 from ..transducer import Displacement
 from .hand import Hand, HandCommand, Phase
@@ -115,8 +116,7 @@ def lift(
     >>> lifted.dropped
     False
     """
-    import mujoco
-
+    mujoco = engine()
     model = mujoco.MjModel.from_xml_string(gripper_xml(thing))
     data, rng = mujoco.MjData(model), np.random.default_rng([34, seed])
     skins = [GeomSkin(model, pad, finger, face) for (pad, face), finger in zip(PADS.items(), hand.fingers, strict=True)]

@@ -8,6 +8,7 @@ import numpy as np
 
 from .._check import FloatArray
 from ..errors import InvalidValueError
+from .installed import engine
 
 __all__ = ["Footing", "clipped", "footing_of"]
 
@@ -64,9 +65,7 @@ def footing_of(model: Any, geom: int, axes: FloatArray, centre: FloatArray, edge
     >>> footing_of(model, 0, np.eye(3), np.zeros(3), 0.5e-3).curvature.tolist()
     [[50.0, 0.0], [0.0, 50.0]]
     """
-    import mujoco
-
-    kind, size, types = int(model.geom_type[geom]), model.geom_size[geom], mujoco.mjtGeom
+    kind, size, types = int(model.geom_type[geom]), model.geom_size[geom], engine().mjtGeom
     if kind in (types.mjGEOM_PLANE, types.mjGEOM_HFIELD):
         return Footing(np.zeros((2, 2)), None)
     if kind == types.mjGEOM_SPHERE:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -26,8 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Felt", "GeomSkin", "contact_to_skin"]
 
-_SKINS: WeakKeyDictionary[Any, Prepared] = WeakKeyDictionary()
-"""Of each model the skins that `contact_to_skin` was asked for."""
+_SKINS = Prepared()
+"""The skins that `contact_to_skin` was asked for last."""
 _FACING = 0.25
 """Share of a contact's force along the skin's normal, below which the contact is beside the skin."""
 _STILL, _TURNED = 5e-6, 1e-3
@@ -322,8 +321,9 @@ def contact_to_skin(
     [0.981, 0.0, 0.0]
     """
     finger_needed(finger)
-    skins = _SKINS.setdefault(model, Prepared())
-    return skins.get((geom, id(finger), face), lambda: GeomSkin(model, geom, finger, face)).feel(data)
+    # what is kept holds its model and its finger, so their numbers stay theirs
+    key = id(model), geom, id(finger), face
+    return _SKINS.get(key, lambda: GeomSkin(model, geom, finger, face)).feel(data)
 
 
 def _moved(force: FloatArray, position: FloatArray) -> FloatArray:

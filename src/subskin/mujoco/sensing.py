@@ -17,6 +17,7 @@ from ..errors import InvalidValueError
 from ..faults import SensorFaults, Spoiled
 from ..io import load
 from .geom_skin import GeomSkin
+from .installed import engine
 
 if TYPE_CHECKING:
     import mujoco
@@ -158,9 +159,7 @@ def skins_of(
     >>> skins_of(mujoco.MjModel.from_xml_string("<mujoco/>"))
     {}
     """
-    import mujoco
-
-    found = {}
+    mujoco, found = engine(), {}
     for i in range(model.ntext):
         name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, i)
         if name.startswith(_PREFIX):

@@ -11,6 +11,7 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import InvalidValueError
+from .installed import engine
 
 __all__ = ["FACES", "GeomSurface", "surface_of"]
 
@@ -102,10 +103,8 @@ def surface_of(model: Any, geom: int, face: str) -> GeomSurface:
     >>> (surface.axes + 0.0).tolist(), surface.half.tolist()
     ([[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]], [0.01, 0.02])
     """
-    import mujoco
-
     _check.choice("face", face, FACES)
-    types, kind, size = mujoco.mjtGeom, int(model.geom_type[geom]), model.geom_size[geom]
+    types, kind, size = engine().mjtGeom, int(model.geom_type[geom]), model.geom_size[geom]
     normal = "xyz".index(face[1])
     out = (1.0 if face[0] == "+" else -1.0) * np.eye(3)[normal]
     z = np.eye(3)[2 if normal != 2 else 1]
