@@ -53,6 +53,19 @@ def test_a_drop_ends_the_episode():
     assert reward < -0.9
 
 
+def test_what_is_put_down_is_not_dropped():
+    env = gymnasium.make(grasping.ID, observation="forces")
+    env.reset(seed=0, options={"thing": BALL})
+    heights = []
+    for i in range(70):
+        speed = 0.5 * (i >= 10) - 1.0 * (i >= 35)
+        _, _, terminated, _, info = env.step(np.array([-0.5, speed], np.float32))
+        heights.append(info["height"])
+        assert not terminated
+    assert max(heights) > 0.03
+    assert heights[-1] < 2e-3
+
+
 def test_seeds_draw_things_and_noise():
     env = gymnasium.make(grasping.ID, observation="frames", faults=SensorFaults(gain=0.1))
     seen = []

@@ -34,7 +34,7 @@ _LONGEST = 5.0
 _LOAD, _ARM, _MOST = 5.0, 5e-3, 10.0
 """By what forces are divided in an observation [N], by what torsions beforehand [m]; and its bound."""
 _UP, _DOWN = 0.01, 2e-3
-"""Heights of a thing that was lifted, and of one that is down again [m]."""
+"""Heights of a thing, or of the gripper, that is up, and of a thing that is down again [m]."""
 _RISES, _HOLDS, _SLIDES, _SQUEEZES, _DROPS = 1.0, 1.0, 2.0, 0.01, 1.0
 """What the reward gives for all of the height, and for a second there, and takes for a metre of sliding, a newton for a
 second, a drop."""
@@ -153,7 +153,7 @@ class GraspEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         self._close = held if touched else None
         rise = max(min(height, _HEIGHT) - self._best, 0.0)
         self._best = max(self._best, min(height, _HEIGHT))
-        dropped = self._best > _UP and height < _DOWN
+        dropped = self._best > _UP and height < _DOWN and float(data.qpos[0]) > _UP  # and was not put down
         gained = _RISES * rise + _HOLDS * _PERIOD * max(min(height, _HEIGHT), 0.0)
         reward = gained / _HEIGHT - _SLIDES * slid - _SQUEEZES * self._force * _PERIOD - _DROPS * dropped
         info = {
