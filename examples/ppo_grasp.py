@@ -53,7 +53,12 @@ class Policy(GaussianMixin, Model):
         x = nn.tanh(nn.Dense(64)(inputs["observations"]))
         x = nn.tanh(nn.Dense(64)(x))
         spread = self.param("log_std", lambda _: -1.2 * jnp.ones(self.num_actions))
-        return nn.tanh(nn.Dense(self.num_actions)(x)), {"log_std": spread}
+        near_zero = nn.initializers.orthogonal(
+            0.01
+        )  # else it may begin by always pressing down, and learns nothing
+        return nn.tanh(nn.Dense(self.num_actions, kernel_init=near_zero)(x)), {
+            "log_std": spread
+        }
 
 
 class Value(DeterministicMixin, Model):
