@@ -35,6 +35,12 @@ from subskin.plot.style import Ink, house_style, new_figure, save
 UNSEEN = 10_000
 
 
+def hidden(inputs):
+    """Two layers of 64."""
+    x = nn.tanh(nn.Dense(64)(inputs["observations"]))
+    return nn.tanh(nn.Dense(64)(x))
+
+
 class Policy(GaussianMixin, Model):
     def __init__(self, observation_space, action_space, device=None, **more):
         Model.__init__(
@@ -50,8 +56,7 @@ class Policy(GaussianMixin, Model):
 
     @nn.compact
     def __call__(self, inputs, role):
-        x = nn.tanh(nn.Dense(64)(inputs["observations"]))
-        x = nn.tanh(nn.Dense(64)(x))
+        x = hidden(inputs)
         spread = self.param("log_std", lambda _: -1.2 * jnp.ones(self.num_actions))
         near_zero = nn.initializers.orthogonal(
             0.01
@@ -74,9 +79,7 @@ class Value(DeterministicMixin, Model):
 
     @nn.compact
     def __call__(self, inputs, role):
-        x = nn.tanh(nn.Dense(64)(inputs["observations"]))
-        x = nn.tanh(nn.Dense(64)(x))
-        return nn.Dense(1)(x), {}
+        return nn.Dense(1)(hidden(inputs)), {}
 
 
 class Told(gymnasium.vector.VectorWrapper):

@@ -26,18 +26,39 @@ from .pressing import Indenter, Profile, RoundedFlat, press
 from .skin import Layer, Layered, Skin
 from .transducer import EnergyDensity, MaxCompressiveStrain, NormalStrain, ShearStrain, Transducer
 
-__all__ = ["MEASURES", "AfferentFit", "Stimulus", "finger_skin", "fit_rates", "strain_at"]
+__all__ = ["MEASURES", "AfferentFit", "Measure", "Stimulus", "finger_skin", "fit_rates", "strain_at"]
 
-MEASURES: Mapping[str, tuple[Transducer, float]] = {
-    "max_compressive_strain": (MaxCompressiveStrain(), 1.0),
-    "energy_density": (EnergyDensity(), 1.0),
-    "normal_strain": (NormalStrain(), -1.0),
-    "shear_strain": (ShearStrain(), 1.0),
+
+class Measure(NamedTuple):
+    """What a receptor may answer to.
+
+    Parameters
+    ----------
+    kind : Transducer
+        What measures it; compression counts as positive, of shear the magnitude.
+    power : int
+        Of the indentation, with which it grows [-].
+    said : str
+        Its name for people.
+
+    Examples
+    --------
+    >>> MEASURES["energy_density"].said, MEASURES["energy_density"].power
+    ('strain energy density', 2)
+    """
+
+    kind: Transducer
+    power: int
+    said: str
+
+
+MEASURES: Mapping[str, Measure] = {
+    "max_compressive_strain": Measure(MaxCompressiveStrain(), 1, "maximum compressive strain"),
+    "energy_density": Measure(EnergyDensity(), 2, "strain energy density"),
+    "normal_strain": Measure(NormalStrain(), 1, "strain along the depth"),
+    "shear_strain": Measure(ShearStrain(), 1, "shear strain"),
 }
-"""What a receptor may answer to, and its sign: compression along the depth counts as positive, of shear the magnitude.
-In an incompressible skin the stretch along the surface is the compression along the depth."""
-_POWERS = {"energy_density": 2}
-"""Of the indentation, where a measure does not go with it."""
+"""In an incompressible skin the stretch along the surface is the compression along the depth."""
 _EDGE = 20e-3
 """Width of what stands for an edge [m]: a bar that ends at 0, and reaches to -y."""
 _PHASES = 48
@@ -108,7 +129,7 @@ class Stimulus(Noun):
         return np.linspace(-half, half, _PHASES)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=8)
 def finger_skin(thickness: float = 10e-3, poisson: float = 0.5) -> Layered:
     """The pulp of a fingertip on bone. Its modulus does not matter, since stimuli are pressed by their indentation.
 
@@ -173,17 +194,15 @@ def _felt(
     state = skin.at(depth, at)(pressed)
     deeper, out = stimulus.indentation / _PRESSED, {}
     for measure in measures:
-        kind, sign = MEASURES[measure]
-        values = sign * np.asarray(kind.measure(state))
-        out[measure] = (
-            np.abs(values) * deeper if measure == "shear_strain" else values * deeper ** _POWERS.get(measure, 1)
-        )
+        kind, power, _ = MEASURES[measure]
+        values = np.asarray(kind.measure(state)) * deeper**power
+        out[measure] = {"normal_strain": np.negative, "shear_strain": np.abs}.get(measure, np.asarray)(values)
     return out
 
 
 @lru_cache(maxsize=256)
 def _pressed(skin: Skin, shape: str, width: float, gap: float) -> PressureProfile:
-    """The contact of one bar beneath `_PRESSED`."""
+    """What a stimulus does to the skin at the indentation `_PRESSED`."""
     if shape == "grating":
         period = width + gap
         most = int(0.5 * (_FINGER - width) / period + 1e-9)

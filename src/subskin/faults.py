@@ -133,14 +133,22 @@ class SensorFaults(Noun):
         if np.size(self.share):
             out = _relaxed(xp, np.asarray(self.share), np.asarray(self.time), out, times)
         own = _normals(xp, key, [(n,)] * 4 + [tuple(readings.shape)]) if key is not None else [0.0] * 5
-        out = out * (1.0 + self.gain * own[0])
+        return self._worn(xp, out, offset, own, times[:, None] if self.drift else 0.0)
+
+    def _worn(self, xp: Any, elastic: Any, offset: Any, own: Any, since: Any) -> Any:
+        """What gain, death, offset, drift, noise and resolution make of readings without their offset.
+
+        own: standard normal numbers, of gain, life, offset and drift one for each sensor, and of the noise; since: for
+        how long sensors drift [s].
+        """
+        out = elastic * (1.0 + self.gain * own[0])
         if self.dead:
             from scipy.special import ndtri
 
             out = xp.where(own[1] < float(ndtri(self.dead)), 0.0 * out, out)
         out = out + offset + self.offset * own[2] + self.noise * own[4]
         if self.drift:
-            out = out + self.drift * own[3] * times[:, None]
+            out = out + self.drift * own[3] * since
         return xp.round(out / self.resolution) * self.resolution if self.resolution else out
 
 
@@ -165,9 +173,7 @@ class Spoiled:
     """
 
     def __init__(self, faults: SensorFaults, points: FloatArray, rng: np.random.Generator) -> None:
-        n = len(points)
-        self._faults, self._rng = faults, rng
-        self._gain, self._chance, self._offset, self._drift = rng.standard_normal((4, n))
+        self._faults, self._rng, self._own = faults, rng, rng.standard_normal((4, len(points)))
         self._mixed = _mixed(points, faults.crosstalk) if faults.crosstalk else None
         self._share, self._time = (np.atleast_1d(each)[:, None] for each in (faults.share, faults.time))
         self.restart()
@@ -187,9 +193,7 @@ class Spoiled:
         time : float
             Of the frame [s]; it may not fall.
         """
-        from scipy.special import ndtri
-
-        faults, out = self._faults, readings - offset
+        out = readings - offset
         if self._mixed is not None:
             out = self._mixed @ out
         if np.isnan(self._began):
@@ -200,13 +204,8 @@ class Spoiled:
             self._memory = np.exp(-ratio) * self._memory + gain * (out - self._before)
             self._before, self._then = out, time
             out = (1.0 - self._share.sum()) * out + (self._share * self._memory).sum(axis=0)
-        out = out * (1.0 + faults.gain * self._gain)
-        if faults.dead:
-            out = np.where(self._chance < float(ndtri(faults.dead)), 0.0, out)
-        out = out + offset + faults.offset * self._offset + faults.drift * (time - self._began) * self._drift
-        if faults.noise:
-            out = out + faults.noise * self._rng.standard_normal(out.shape)
-        return np.asarray(np.round(out / faults.resolution) * faults.resolution if faults.resolution else out)
+        noise = self._rng.standard_normal(out.shape) if self._faults.noise else 0.0
+        return np.asarray(self._faults._worn(np, out, offset, (*self._own, noise), time - self._began))
 
 
 def _mixed(points: FloatArray, share: float) -> FloatArray:

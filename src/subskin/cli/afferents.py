@@ -26,10 +26,6 @@ A row is a presentation. `shape` is bar, edge or grating (a grating where there 
 middle of a bar, or at the edge; without it the stimulus moved over the receptor, and the rate is its mean. `rate` is in
 impulses a second. Slope, rest and depth are fitted; rates are max(0, slope * strain + rest).
 """
-_NAMES = {
-    "max_compressive_strain": "maximum compressive strain", "energy_density": "strain energy density",
-    "normal_strain": "strain along the depth", "shear_strain": "shear strain",
-}  # fmt: skip
 
 
 @command(
@@ -58,7 +54,13 @@ def run_afferents(options: argparse.Namespace) -> int:
 
     def people(out: TextIO) -> None:
         rows = [
-            [_NAMES[fit.measure], f"{fit.r2:.3f}", number(1e3 * fit.depth, 3), number(fit.slope), number(fit.rest, 3)]
+            [
+                afferents.MEASURES[fit.measure].said,
+                f"{fit.r2:.3f}",
+                number(1e3 * fit.depth, 3),
+                number(fit.slope),
+                number(fit.rest, 3),
+            ]
             for fit in fits
         ]
         heads = ["strain", "R2", "depth [mm]", "slope [1/s per unit]", "rest [1/s]"]

@@ -58,6 +58,12 @@ def run_grasp(options: argparse.Namespace) -> int:
         raise InvalidValueError(f'--hands "{options.hands}"', f"any of {', '.join(grasp.HANDS)}", "--hands skin,fixed")
     if not 1 <= options.lifts <= 10**5:
         raise InvalidValueError(f"--lifts {options.lifts}", "1 to 100000", "--lifts 100")
+    for name, least in (("seed", 0), ("workers", 1)):
+        if getattr(options, name) < least:
+            seen, rule = f"--{name} {getattr(options, name)}", f"has to be >= {least}"
+            raise InvalidValueError(seen, rule, f"--{name} {least}")
+    if options.movie is not None and not options.movie.lower().endswith(".gif"):
+        raise InvalidValueError(f"--movie {options.movie}", "a film is written as .gif", "--movie lift.gif")
     try:
         engine()
     except ModuleNotFoundError:

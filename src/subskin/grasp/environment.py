@@ -33,6 +33,8 @@ _LONGEST = 5.0
 """Of an episode [s]."""
 _LOAD, _ARM, _MOST = 5.0, 5e-3, 10.0
 """By what forces are divided in an observation [N], by what torsions beforehand [m]; and its bound."""
+_PICTURE = 480, 640
+"""Height and width of a picture."""
 _UP, _DOWN = 0.01, 2e-3
 """Heights of a thing, or of the gripper, that is up, and of a thing that is down again [m]."""
 _RISES, _HOLDS, _SLIDES, _SQUEEZES, _DROPS = 1.0, 1.0, 2.0, 0.01, 1.0
@@ -168,7 +170,7 @@ class GraspEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     def render(self) -> Any:
         """A picture of the scene, (480, 640, 3); it needs OpenGL (MUJOCO_GL=egl or osmesa where there is no screen)."""
         if self._renderer is None:
-            self._renderer = mujoco.Renderer(self._model)
+            self._renderer = mujoco.Renderer(self._model, *_PICTURE)
         self._renderer.update_scene(self._data, camera="front")
         return self._renderer.render()
 

@@ -138,7 +138,8 @@ class Hand:
         """Forget everything: the next frame is the first."""
         self.phase, self.friction, self.force = Phase.TARE, 0.0, 0.0
         self.loads: list[Resultant] = []
-        self._since, self._ratio, self._drag, self._slow_drag, self._most = 0.0, 0.0, 0.0, 0.0, 0.0
+        self._since, self._steady, self._peak = 0.0, 0.0, 0.0  # seconds in a phase, with a steady drag; largest drag
+        self._ratio, self._drag, self._slow_drag = 0.0, 0.0, 0.0
         self._slid = False
         self._sum, self._smooth, self._last = [0.0 * rest for rest in self._rest()], self._rest(), self._rest()
 
@@ -213,12 +214,12 @@ class Hand:
             speed = _PULL
             self.friction = max(self.friction, self._ratio)
             comes = drag > self._slow_drag + _COMES + _GROWS * drag
-            self._most = 0.0 if comes else self._most + self._period
-            self._slid |= self._most >= _SURE and self._ratio > _SOME
+            self._steady = 0.0 if comes else self._steady + self._period
+            self._slid |= self._steady >= _SURE and self._ratio > _SOME
             if self._slid:
                 if not comes or self._ratio > _SLIPS * self.friction:  # it slips, or is held: the next frames tell
                     self.force = min(self.force * np.exp(self._period / _GROWTH), self._strongest)
-                if self._most >= _SURE and normal >= self._least(drag):
+                if self._steady >= _SURE and normal >= self._least(drag):
                     self._next(Phase.HOLD)
         elif self.phase in (Phase.HOLD, Phase.LOWER):
             speed = _LIFT if self.phase == Phase.HOLD else -_LIFT
@@ -226,8 +227,8 @@ class Hand:
             self.force = float(
                 np.clip(max(least, self.force * np.exp(-self._period / _FADE)), self._touch, self._strongest)
             )
-            self._most = max(self._most, drag)
-            if self.phase == Phase.LOWER and drag < _LET_GO * self._most:
+            self._peak = max(self._peak, drag)
+            if self.phase == Phase.LOWER and drag < _LET_GO * self._peak:
                 self._next(Phase.OPEN)
         elif self.phase == Phase.OPEN:
             self.force = 0.0
@@ -239,4 +240,4 @@ class Hand:
         return drag / float(learnt.quantile(self._probability))
 
     def _next(self, phase: Phase) -> None:
-        self.phase, self._since, self._most = phase, 0.0, 0.0
+        self.phase, self._since, self._steady, self._peak = phase, 0.0, 0.0, 0.0

@@ -37,7 +37,6 @@ _SHAKEN, _FREQUENCY, _FILLED = 3.0, 6.0, 0.5
 _LONGEST = 9.0
 """A lift that has not ended by then is given up [s]."""
 
-
 Watch: TypeAlias = Callable[[Any, list[Felt], float], object]
 
 
@@ -93,9 +92,7 @@ class Lifted(Frozen):
     plot = Drawing("lift_figure")
 
 
-def lift(
-    thing: Thing, hand: Hand, seed: int = 0, watch: Callable[[Any, list[Felt], float], object] | None = None
-) -> Lifted:
+def lift(thing: Thing, hand: Hand, seed: int = 0, watch: Watch | None = None) -> Lifted:
     """Lift a thing with a hand, shake it, fill it, and put it down.
 
     Parameters
@@ -150,17 +147,8 @@ def lift(
             down = True
         force = np.array([each.force for each in felt])
         drag = np.hypot(force[:, 1], force[:, 2]).max()
-        trace.append(
-            (
-                data.time,
-                command.phase,
-                command.force,
-                force[:, 0].mean(),
-                drag,
-                data.xpos[body, 2],
-                data.xpos[gripper, 2],
-            )
-        )
+        heights = data.xpos[[body, gripper], 2]
+        trace.append((data.time, command.phase, command.force, force[:, 0].mean(), drag, *heights))
         if command.phase == Phase.OPEN and command.force == 0:
             break
     return _judged(thing, hand, np.array(trace), np.array(taken), perf_counter() - began, data.time)

@@ -121,8 +121,8 @@ def summary(lifted: Sequence[Lifted]) -> Mapping[str, Any]:
     dict
         `lifts`, `dropped`; `slid_2mm` (share that slid at most 2 mm); `slid` and `slid_95` (median and 95 % of how far
         [m]); `grip` (its median over the least that holds, of what was not dropped); `friction` (median of what was
-        learnt over the truth); `real_time` (simulated time over time taken); `slowest` (99th percentile of a step with
-        its frame [s]).
+        learnt over the truth, of what learnt any); `real_time` (simulated time over time taken); `slowest` (99th
+        percentile of a step with its frame [s]).
 
     Raises
     ------
@@ -139,6 +139,7 @@ def summary(lifted: Sequence[Lifted]) -> Mapping[str, Any]:
         raise InvalidValueError("no lifts", "one at least is needed", "lifts(things(10))")
     slid = np.sort([each.slid for each in lifted])
     held = [each for each in lifted if not each.dropped]
+    learnt = [each.friction / each.thing.friction for each in lifted if each.friction > 0]
     return {
         "lifts": len(lifted),
         "dropped": sum(each.dropped for each in lifted),
@@ -146,7 +147,7 @@ def summary(lifted: Sequence[Lifted]) -> Mapping[str, Any]:
         "slid": float(np.median(slid)),
         "slid_95": float(slid[int(np.ceil(0.95 * len(slid))) - 1]),
         "grip": float(np.median([each.waste for each in held])) if held else np.nan,
-        "friction": float(np.median([each.friction / each.thing.friction for each in lifted])),
+        "friction": float(np.median(learnt)) if learnt else np.nan,
         "real_time": float(np.median([each.seconds / each.wall for each in lifted])),
         "slowest": float(np.median([each.slowest for each in lifted])),
     }

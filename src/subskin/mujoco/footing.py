@@ -21,6 +21,7 @@ _NEAR = 0.02
 _FITS = 0.1
 """Share of their heights that a paraboloid may leave, where a mesh is taken to be curved."""
 _FEWEST = 8
+"""Vertices that tell a curvature."""
 _WIDE = 1e3
 """Of a length, what stands for no limit."""
 

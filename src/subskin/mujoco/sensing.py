@@ -14,7 +14,7 @@ import numpy as np
 from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ..faults import SensorFaults, Spoiled
+from ..faults import SensorFaults
 from ..io import load
 from .geom_skin import GeomSkin
 from .installed import engine
@@ -70,19 +70,13 @@ class SampledSkin:
     ) -> None:
         self.skin = skin
         self.period = 0.0 if rate is None else 1.0 / _check.scalar("rate", rate, unit="Hz", above=0.0)
-        self._envs = _check.whole("envs", envs, at_least=1, at_most=10**6, fix="envs=1")
-        self._faults = SensorFaults() if faults is None else faults
-        self._seeds = np.random.SeedSequence([771, seed])
-        array = skin.finger.array
+        count = _check.whole("envs", envs, at_least=1, at_most=10**6, fix="envs=1")
+        worn, array = SensorFaults() if faults is None else faults, skin.finger.array
+        rngs = [np.random.default_rng(each) for each in np.random.SeedSequence([771, seed]).spawn(2 * count)]
         self._offset = np.broadcast_to(array.offset, len(array))
-        self._spoiled: list[Spoiled] = []
-        self._rngs: list[np.random.Generator] = []
-        self._last = np.zeros((self._envs, len(array)))
-        self._due = np.full(self._envs, -np.inf)
-        for env in range(self._envs):
-            self._spoiled.append(self._faults.begin(array.points, np.random.default_rng(self._seeds.spawn(1)[0])))
-            self._rngs.append(np.random.default_rng(self._seeds.spawn(1)[0]))
-            self.reset(env)
+        self._spoiled = [worn.begin(array.points, rng) for rng in rngs[:count]]
+        self._rngs = rngs[count:]
+        self._last, self._due = np.zeros((count, len(array))), np.full(count, -np.inf)
 
     def reset(self, env: int = 0, seed: int | None = None) -> None:
         """An episode begins: what drifted and what the rubber remembers is gone; the sensors are the same.

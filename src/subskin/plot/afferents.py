@@ -8,17 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from ..afferents import AfferentFit
+from ..afferents import MEASURES, AfferentFit
 from .style import DOUBLE, Figure, Ink, finished, new_figure
 
 __all__ = ["afferent_figure"]
-
-_NAMES = {
-    "max_compressive_strain": "maximum compressive strain",
-    "energy_density": "strain energy density",
-    "normal_strain": "strain along the depth",
-    "shear_strain": "shear strain",
-}
 
 
 @finished
@@ -41,13 +34,15 @@ def afferent_figure(fits: Sequence[AfferentFit], rates: npt.ArrayLike) -> Figure
     4
     """
     seen = _check.real("rates", rates, unit="1/s")
-    figure = new_figure(DOUBLE, 62.0)
+    figure = new_figure(DOUBLE, 58.0)
     panels = np.atleast_1d(figure.subplots(1, len(fits), sharex=True, sharey=True))
     most = 1.05 * max(float(seen.max()), *(float(fit.rates.max()) for fit in fits))
     for axes, fit in zip(panels, fits, strict=True):
         axes.plot([0, most], [0, most], color=Ink.GREY, linewidth=0.8)
         axes.plot(fit.rates, seen, "o", color=Ink.BLUE, markersize=2.5, alpha=0.6)
-        axes.set_title(f"{_NAMES[fit.measure]}\n$R^2$ = {fit.r2:.2f}, {1e3 * fit.depth:.2f} mm deep", fontsize="small")
+        axes.set_title(
+            f"{MEASURES[fit.measure].said}\n$R^2$ = {fit.r2:.2f}, {1e3 * fit.depth:.2f} mm deep", fontsize="small"
+        )
         axes.set(xlim=(0, most), ylim=(0, most), aspect="equal")
     panels[0].set(ylabel="measured [1/s]")
     figure.supxlabel("fitted rate [1/s]", fontsize="medium")

@@ -11,6 +11,7 @@ from matplotlib.patches import Ellipse, Rectangle
 from ..grasp import Hand, Lifted, Phase, Thing, lift
 from ..io.files import replacing
 from ..mujoco import Felt
+from .above import mark_drag
 from .pressure import drawn
 from .style import DOUBLE, MM, SINGLE, Figure, Ink, finished, house_style, new_figure, settled
 
@@ -24,6 +25,7 @@ _RATE = 12.5
 _CELLS, _BLUR = 32, 1.2
 """Cells along the longer side of a skin, in a picture of its pressure, and over how many of them it is smoothed."""
 _DPI = 90
+"""Of a film."""
 
 
 @finished
@@ -62,9 +64,7 @@ def felt_figure(felt: Felt) -> Figure:
     axes.plot(y, z, "o", markersize=3.0, markerfacecolor="none", color="white", label="sensors")
     for touch in felt.touches:
         shares = touch.forces[:, 0] / touch.force[0]
-        at, shift = MM * (shares @ touch.points), 0.5 * high.max() * touch.force[1:] / touch.force[0]
-        if np.hypot(*shift) > 0.02 * high.max():
-            axes.annotate("", at + shift, at, arrowprops={"arrowstyle": "-|>", "color": Ink.ORANGE, "linewidth": 1.6})
+        mark_drag(axes, shares @ touch.points, touch.force, high.max(), Ink.ORANGE)
     n, ty, tz = felt.force
     axes.set_title(f"{n:.3g} N, drag ({ty:.2g}, {tz:.2g}) N".replace("-", "−"))
     axes.set(xlabel="position $y$ [mm]", ylabel="position $z$ [mm]")
