@@ -40,6 +40,18 @@ def test_a_good_grip_earns_more_than_none_a_weak_and_a_hard_one():
     assert earned[0.0][0] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_sliding_and_squeezing_cost_what_is_said():
+    env = gymnasium.make(grasping.ID, observation="forces")
+    env.reset(seed=0, options={"thing": BALL})
+    slid = 0.0
+    for i in range(40):
+        _, reward, _, _, info = env.step(np.array([2 * 0.8 / 15 - 1, 0.3 * (i >= 15)], np.float32))
+        assert info["height"] < 1e-4  # too weak a grip: it stays on the table
+        assert reward == pytest.approx(-2.0 * info["slid"] - 0.01 * 0.8 * 0.04, abs=2e-4)
+        slid += info["slid"]
+    assert slid > 0.01
+
+
 def test_a_drop_ends_the_episode():
     env = gymnasium.make(grasping.ID, observation="forces")
     env.reset(seed=0, options={"thing": BALL})

@@ -79,6 +79,8 @@ def test_the_points_carry_mujocos_force_and_moment(name, cone):
         assert np.allclose(felt.force, expected[:3], rtol=0, atol=1e-9)
         assert np.allclose(felt.moment, expected[3:], rtol=0, atol=1e-11)
         assert (n >= 0).all()
+        y0, z0 = n @ felt.points / n.sum()
+        assert felt.torsion == pytest.approx((y - y0) @ across - (z - z0) @ along, abs=1e-12)
         assert not felt.beside.any()
 
 
@@ -280,6 +282,25 @@ def test_rollers_of_any_size_and_load_press_as_press_says():
         expected = FINGER.read(solved.contact)
         loads = ss.PointLoad(components=np.outer(force * share, [1.0, 0.0, 0.0]), position=at)
         assert np.abs(FINGER.read(loads, sum_over=0) - expected).max() < 0.015 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(("curvature", "half", "power"), [((50.0, 50.0), 1.0, 1 / 3), ((50.0, 0.0), 7e-3, 1 / 2)])
+def test_a_contact_between_presses_grows_as_hertz_says(curvature, half, power):
+    feet, outline = PressedFeet(FINGER.skin, 2.5e-3), Outline(np.array([1.0, half]))
+    wide = [feet.of(np.array(curvature), outline, force, np.zeros(2)) for force in np.geomspace(1.0, 1.3, 14)]
+    alike = [(i, i + 1) for i in range(13) if np.array_equal(wide[i][1], wide[i + 1][1])]  # of one press
+    assert len(alike) > 5
+    for i, j in alike:
+        one, two = (share @ at[:, 0] ** 2 for at, share in (wide[i], wide[j]))
+        assert two / one == pytest.approx(1.3 ** (2 * power / 13), rel=1e-9)
+
+
+def test_forces_on_what_is_round_have_their_moment_where_they_act():
+    model, data = scene('type="box" size=".03 .03 .005"', 0.0099, 'euler="12 8 0"', pad='type="sphere" size=".005"')
+    felt = GeomSkin(model, "pad", FINGER, "+z").feel(pressed(model, data, 6, np.array([0, 0, -0.3, 0, 0, 0.0])))
+    (y, z), (n, along, across) = felt.points.T, felt.forces.T
+    assert np.abs(n @ felt.points / n.sum()).min() > 1e-4
+    assert np.allclose(felt.moment, [y @ across - z @ along, z @ n, -(y @ n)], rtol=0, atol=1e-11)
 
 
 def test_balls_scale_with_load_and_radius_on_a_layer_too():
